@@ -49,9 +49,9 @@ const HOPELESS: f64 = 16.0;
 /// f, which no step crosses, would try as many as there are times to double precision.
 const TRIED: u64 = 8 * trial::MOST as u64;
 
-/// The longest steps that the adaptive method is tried with, in parts of the run; the shortest only where f changes by itself between the times
-/// at which the others look.
-const LONGEST: [f64; 4] = [1.0, 1.0 / 64.0, 1.0 / 1024.0, SHORTEST];
+/// The longest steps that the adaptive method is tried with, in parts of the run; and a shorter one, where f changes by itself between the times
+/// at which these look.
+const LONGEST: [f64; 3] = [1.0, 1.0 / 64.0, 1.0 / 1024.0];
 const SHORTEST: f64 = 1.0 / 8192.0;
 
 /// Components with an absolute tolerance of their own, as a command line takes them; those of a larger system have the least for all.
@@ -240,6 +240,11 @@ impl Held {
     /// For one that keeps small components, from which it comes back, or multiplies errors: as accurate as rounding lets it be.
     const SMALL: Self = Self { rtol: 1e-13, scale: 1e-20, unit: 1.0 };
 
+    /// The same in another unit.
+    fn in_unit(self, unit: f64) -> Self {
+        Self { unit, ..self }
+    }
+
     /// The adaptive method with these tolerances, or with a larger one of the same kind, which its error is within across a kink too.
     fn method(self, least: f64) -> Result<Box<dyn Method>, NameError> {
         let rtol = self.rtol.max(least);
@@ -297,12 +302,12 @@ fn advise_beside(
         })
     };
     let mut in_unit = |unit: f64| -> Result<Advice, NameError> {
-        let held = Held { unit, ..Held::to(accuracy) };
+        let held = Held::to(accuracy).in_unit(unit);
         let first = attempt(held)?;
         if !first.is_doubtful(held) {
             return Ok(first);
         }
-        let second = attempt(Held { unit, ..Held::SMALL })?;
+        let second = attempt(Held::SMALL.in_unit(unit))?;
         Ok(first.or_finer(second))
     };
     let first = in_unit(1.0)?;
@@ -418,11 +423,11 @@ pub fn try_out(
     };
     let sizes: Vec<Vec<f64>> = [vec![held.unit]].into_iter().chain(least_sizes).collect();
     // Steps as long as they like may pass over what f does for a moment, whatever the tolerance.
-    let longest = LONGEST.iter().filter(|part| **part > SHORTEST || truth.changes_by_itself());
-    trials.extend(longest.into_iter().find_map(|part| {
+    let mut longest = LONGEST.into_iter().chain(truth.changes_by_itself().then_some(SHORTEST));
+    trials.extend(longest.find_map(|part| {
         let found = sizes
             .iter()
-            .filter_map(|sizes| largest_within(sizes, if *part < 1.0 { as_printed(part * horizon) } else { horizon }));
+            .filter_map(|sizes| largest_within(sizes, if part < 1.0 { as_printed(part * horizon) } else { horizon }));
         found.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }));
     let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();

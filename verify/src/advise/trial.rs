@@ -107,6 +107,11 @@ const PARTS: usize = 16;
 /// Times that differ by this part of the horizon are one.
 const RESOLVED: f64 = 1e-9;
 
+/// How many times of a run of so many unknowns are looked at.
+fn looked_at(unknowns: usize) -> usize {
+    (VALUES / unknowns.max(1).pow(2)).max(TIMES)
+}
+
 /// The numbers of those of `count` steps at whose ends errors are measured: each, or one in each of `most` equal parts, the last of all
 /// included. Where in its part is irregular, lest what is periodic shows one phase only.
 pub(super) fn chosen(count: usize, most: usize) -> Vec<usize> {
@@ -151,8 +156,7 @@ impl<'a> Truth<'a> {
         unit: f64,
     ) -> Result<Self, RunError> {
         let (known, extent, ends) = Default::default();
-        let unknowns = problem.field().dim().max(1);
-        let most = (VALUES / (unknowns * unknowns)).max(TIMES);
+        let most = looked_at(problem.field().dim());
         let mut truth = Self { problem, method, horizon, unit, most, changes: Vec::new(), known, extent, ends };
         truth.changes = changes(problem, horizon, &truth.stops());
         truth.of_steps(FINE)?;
@@ -492,7 +496,7 @@ mod tests {
     use super::super::adaptive;
     use super::*;
     use crate::method;
-    use crate::problem;
+    use crate::problem::{self, model::Model};
     use crate::reference::{Ode, ReferenceError, Run};
 
     const HORIZON: f64 = 8.0;
@@ -584,6 +588,11 @@ mod tests {
         assert_eq!((&chosen[..3], &chosen[62..]), (&[4, 18, 22][..], &[621, 640][..]));
     }
 
+    #[test]
+    fn fewer_times_are_looked_at_of_a_large_system() {
+        assert_eq!([0, 1, 2, 32, 64, 65, 1000].map(looked_at), [1 << 18, 1 << 18, 1 << 16, 1 << 8, 64, 64, 64]);
+    }
+
     /// A change belongs to the step that ends with it or after it; one beyond the last step to none.
     #[test]
     fn the_steps_in_which_f_changes_are_shown_beside_those_chosen() {
@@ -604,10 +613,26 @@ mod tests {
         });
     }
 
+    /// Two places of a clock, each within a step of 1/128. What f does at the second it does after the first has done its part.
+    #[test]
+    fn a_place_to_which_another_leads_is_found_too() {
+        let at = |place: f64| format!("1000*heaviside(x - {place})*heaviside({} - x)", place + 1e-3);
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        let rates = format!("1, {}, heaviside(v - 0.1)*{}", at(2.3462), at(5.6822));
+        std::fs::write(file.path(), format!("u_i {{ x = 0, v = 0, w = 0 }} F_i {{ {rates} }}")).expect("writable");
+        let problem = Model::load(file.path(), &[], Some(HORIZON)).expect("a model");
+        let method = adaptive(1e-4).expect("registered");
+        let truth = Truth::by(&problem, &*method, HORIZON, 1.0).expect("it runs");
+        // Beside it, in its step.
+        let is_found = |place: f64| truth.changes.iter().any(|t| (t - place).abs() < HORIZON / f64::from(FINE));
+        assert!(is_found(2.3462) && is_found(5.6822), "{:?}", truth.changes);
+    }
+
     #[test]
     fn the_accurate_solution_is_known_at_the_times_that_are_asked_for_and_no_others() {
         with_truth(|problem, mut truth| {
-            truth.changes = vec![0.003, 5.0];
+            // Two of these are stops of every run.
+            truth.changes = vec![0.003, truth.stops()[10], truth.stops()[20].next_up(), 5.0];
             // At a change, a rounding beside one, at a stop of the long run, and elsewhere.
             let stop = truth.ends_of(FINE)[7];
             for times in [vec![0.003, stop, 5.0 + 1e-12, 6.1], vec![8.0], vec![0.5, 1.0, 7.999_999]] {
@@ -654,12 +679,11 @@ mod tests {
         });
         let rest = problem::build_setting("harmonic-oscillator q0=0 p0=0").expect("registered");
         let method = adaptive(1e-12).expect("registered");
-        let truth = Truth::by(&*rest, &*method, HORIZON, 1.0).expect("it runs");
-        assert_eq!(
-            truth.least_sizes(1.0),
-            Some(vec![f64::EPSILON; 2]),
-            "an absolute tolerance of 0 would allow no step"
-        );
+        let truth = Truth::by(&*rest, &*method, HORIZON, 8.0).expect("it runs");
+        for part in [1.0, 0.25] {
+            let least = part * 8.0 * f64::EPSILON;
+            assert_eq!(truth.least_sizes(part), Some(vec![least; 2]), "an absolute tolerance of 0 would allow no step");
+        }
     }
 
     /// The errors fall from the first unit of time on, which is the end of a step of eight and of none of four.
@@ -690,6 +714,7 @@ mod tests {
         with_truth(|problem, truth| {
             for target in [0.15, 0.1, 0.05, 0.03, 0.02, 0.011, 0.01, 0.008] {
                 let (trials, least) = search(problem, &*method, &truth, target, 1e6, None);
+                assert_eq!(trials.len(), 1, "its errors follow its order");
                 let trial = trials.into_iter().next().expect("within reach");
                 let steps = trial.steps as u32;
                 let (unit, below) = if steps < 64 { (4, 8) } else { (16, 32) };
@@ -715,6 +740,9 @@ mod tests {
             // Half of the work of the last trial, four times of which are still tried and found wanting.
             let (found, least) = search(problem, &*method, &truth, 1e-9, 64.0, None);
             assert!(found.is_empty() && least > 1e-9 && least.is_finite(), "{found:?}, {least}");
+            let work = Ran::at_ends_of(32, (problem, &*method), 32, &truth, f64::INFINITY).expect("it runs").work;
+            let (_, least) = search(problem, &*method, &truth, 1e-9, 0.75 * cost(problem, &*method)(work), None);
+            assert!((least - of_implicit_euler(32, 1)).abs() <= 1e-9, "with more work than 16 steps: {least}");
         });
     }
 
@@ -734,6 +762,11 @@ mod tests {
     #[test]
     fn a_tolerance_is_tried_against_the_target_at_the_steps_that_it_takes() {
         with_truth(|problem, truth| {
+            let longest = [0.5, 1.0].map(|part| {
+                let trial = with_tolerance(problem, (1e-4, &[1e-4]), false, part * HORIZON, &truth, 1.0);
+                trial.expect("within 1").longest
+            });
+            assert_eq!(longest, [Some(0.5 * HORIZON), None], "that of the run needs no telling");
             let tried = |target: f64| with_tolerance(problem, (1e-4, &[1e-4]), false, HORIZON, &truth, target);
             let trial = tried(1.0).expect("within 1");
             assert!(

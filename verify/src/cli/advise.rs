@@ -437,6 +437,14 @@ mod tests {
         // An option that takes up a line of its own begins two columns right of the label.
         let most = columns() - INDENT - "  --model ".len() - " \\".len();
         assert_eq!((1..=most).filter_map(longest).max(), Some(columns()));
+        // It stands behind the command as long as there is room.
+        let beside = most - "verify solve".len() + 1;
+        let lines = |value: usize| {
+            let mut out = Vec::new();
+            command(&[["--model".into(), "x".repeat(value)]], 1.0, &advice.trials[0], &mut out).expect("written");
+            String::from_utf8(out).expect("UTF-8").lines().next().map(width)
+        };
+        assert_eq!([beside, beside + 1].map(lines), [Some(columns()), Some(INDENT + "verify solve \\".len())]);
     }
 
     #[test]

@@ -169,4 +169,13 @@ mod tests {
             assert_eq!(problem.options(), [first, ["--set", "a=1"], ["--set", "b=-2"]]);
         }
     }
+
+    /// What has a slash or an ending, but for the numbers of a method with parameters.
+    #[test]
+    fn a_path_is_read_as_a_file() {
+        for path in ["./none", "none.toml"] {
+            assert!(matches!(method_file(path), Err(Failure::MethodFile(_))), "{path}");
+        }
+        assert!(matches!(method_file("linear(-0.5,1)"), Ok(None)));
+    }
 }

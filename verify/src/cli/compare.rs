@@ -253,4 +253,42 @@ mod tests {
         let names: Vec<_> = own(&[file.clone(), file]).expect("a method").iter().map(|it| it.name()).collect();
         assert!(names.len() == 2 && names[0] != names[1], "{names:?}");
     }
+
+    /// One that fits on the line of its label stands there; a longer one below it, unless there is room for a few words a line.
+    #[test]
+    fn a_reason_stands_behind_its_label_where_there_is_room() {
+        let lines = |label: usize, reason: &str| {
+            let rows = vec![vec![Cell::Text("x".repeat(label - 2)), Cell::Text(reason.into())]];
+            let mut out = Vec::new();
+            show_table(&Table::new("id", "", ["a", "b"], rows), &mut out).expect("written");
+            let text = String::from_utf8(out).expect("UTF-8");
+            text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>()
+        };
+        let wide = columns() - NARROW + 1;
+        let label = |width: usize| "x".repeat(width - 2);
+        let fits = "y".repeat(NARROW - 1);
+        assert_eq!(lines(wide, &fits), [format!("{}  {fits}", label(wide))]);
+        let longer = format!("{fits}y");
+        assert_eq!(lines(wide, &longer), [label(wide), format!("    {longer}")]);
+        let words = format!("{fits} y");
+        assert_eq!(
+            lines(wide - 1, &words),
+            [format!("{}  {fits}", label(wide - 1)), format!("{}y", " ".repeat(wide - 1))]
+        );
+    }
+
+    #[test]
+    fn a_legend_stands_below_a_table_with_long_names_alone() {
+        let shown = |name: &str| {
+            let rows = vec![vec![Cell::Text(name.into()), Cell::Text("agrees".into())]];
+            let table = Table::new("id", "A table.", ["solver", "verdict"], rows);
+            let mut out = Vec::new();
+            show(&Evidence { tables: vec![table], ..Evidence::default() }, &mut out).expect("memory");
+            String::from_utf8(out).expect("UTF-8")
+        };
+        let last = "\n0 agree, 0 do not, 0 inconclusive, 0 not run\n";
+        assert_eq!(shown("rk4"), format!("A table.\n\nsolver  verdict\nrk4     agrees\n{last}"));
+        let long = "x".repeat(NAME + 1);
+        assert!(shown(&long).ends_with(&format!("[1]  agrees\n\n[1]  {long}\n{last}")), "{}", shown(&long));
+    }
 }

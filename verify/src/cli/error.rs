@@ -289,8 +289,8 @@ mod tests {
         for (source, hint) in [
             (SolveError::Linear { iterations: 100, residual: 0.1 }, "another method may do"),
             (SolveError::NotLinear { row: 0, difference: 0.1 }, "a mistake in the problem"),
-            (SolveError::BranchLost { reached: 0.05 }, "a smaller `--h` may help"),
-            (SolveError::OtherBranch, "a smaller `--h` may help"),
+            (SolveError::BranchLost { reached: 0.05 }, "or f jumps there"),
+            (SolveError::OtherBranch, "or f jumps there"),
         ] {
             let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.1, source });
             assert!(run_hint(&error).is_some_and(|told| told.contains(hint)), "{error}: {hint}");

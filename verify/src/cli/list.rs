@@ -69,7 +69,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     Ok(Status::Ok)
 }
 
-fn list_problems(out: &mut Output) -> io::Result<()> {
+fn list_problems(out: &mut impl Write) -> io::Result<()> {
     for spec in problem::ALL {
         writeln!(out, "{}", spec.name)?;
         paragraph(out, "", 4, spec.summary)?;
@@ -144,5 +144,18 @@ mod tests {
         let of = |last: usize| header(&[20, 10, 10, last].map(|letters| "x".repeat(letters)));
         assert_eq!([width(&of(5)), width(&of(21))], [50, MOST]);
         assert_eq!(of(22), format!("t,{},{},…,{}", "x".repeat(20), "x".repeat(10), "x".repeat(22)));
+    }
+
+    #[test]
+    fn other_names_stand_with_the_problem_that_they_set() {
+        let mut out = Vec::new();
+        list_problems(&mut out).expect("written");
+        let text = String::from_utf8(out).expect("UTF-8");
+        for alias in problem::ALIASES {
+            let (parameter, value) = alias.set;
+            let line = format!("    also called {} with {parameter}={value}", alias.name);
+            let (before, _) = text.split_once(&line).expect("it is listed");
+            assert_eq!(before.lines().rfind(|line| !line.starts_with(' ')), Some(alias.problem), "{line}");
+        }
     }
 }

@@ -114,19 +114,36 @@ pub(crate) fn main() -> ExitCode {
 
 /// Prints help, or what is wrong with the arguments, and ends.
 fn misused(error: &clap::Error) -> ! {
-    let text = error.render().to_string();
-    if !error.use_stderr() || text.lines().all(|line| layout::width(line) <= layout::columns()) {
-        error.exit();
+    if is_broken(error) {
+        let _ = layout::message(&mut io::stderr(), "", &error.render().to_string());
+        std::process::exit(error.exit_code());
     }
-    let _ = layout::message(&mut io::stderr(), "", &text);
-    std::process::exit(error.exit_code())
+    error.exit()
+}
+
+/// Whether a message is to be broken into lines of the terminal; help comes in such lines.
+fn is_broken(error: &clap::Error) -> bool {
+    let is_long = |line: &str| layout::width(line) > layout::columns();
+    error.use_stderr() && error.render().to_string().lines().any(is_long)
 }
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use clap::{CommandFactory, Parser};
 
-    use super::Cli;
+    use super::{Cli, is_broken, layout};
+
+    /// A command that does not exist is named in a line of the message.
+    #[test]
+    fn messages_that_are_wider_than_the_terminal_are_broken_and_help_is_not() {
+        let refused = |argument: &str| Cli::try_parse_from(["verify", argument]).expect_err("it is no command");
+        let words = layout::width(refused("x").render().to_string().lines().next().expect("a line")) - 1;
+        let of = |width: usize| is_broken(&refused(&"x".repeat(width - words)));
+        assert_eq!([layout::columns(), layout::columns() + 1].map(of), [false, true]);
+        let help =
+            Cli::command().after_help("x".repeat(layout::columns() + 1)).try_get_matches_from(["verify", "--help"]);
+        assert!(!is_broken(&help.expect_err("help ends")));
+    }
 
     /// A longer line would be broken after 80 columns, and leave a word alone on the next.
     #[test]

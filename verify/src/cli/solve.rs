@@ -675,6 +675,7 @@ mod tests {
         let words = |observed, words: &str| told(observed).is_some_and(|text| text.contains(words));
         assert!(words(Some(0.31), "runs with 2h, h and h/2 differ by order 0.3, and it is taken with order 2;"));
         assert!(words(None, "a run with 2h fails"));
+        assert_eq!(coarse(Settling { observed: Some(2.3), order: 2.0 }, Some((0.0, 3.0)), 0.0), None, "it is at rest");
         // An error of second order is four times as large with twice the step.
         let far = coarse(Settling { observed: Some(2.3), order: 2.0 }, Some((0.26, 3.0)), 1.0);
         assert!(far.is_some_and(|text| {
@@ -691,6 +692,9 @@ mod tests {
             let mut progress = Progress { t_end: 4.0, begun, bar: None, is_shown };
             progress.reach(3.0);
             assert_eq!(progress.bar.as_ref().map(ProgressBar::position), position);
+            let bar = progress.bar.clone();
+            drop(progress);
+            assert!(bar.is_none_or(|bar| bar.is_finished()), "it is gone with the run");
         }
     }
 
@@ -704,5 +708,97 @@ mod tests {
         let allowed = |atol: f64| 10.0 * (atol + 2e-6);
         assert_eq!([0.99, 1.01].map(|part| said(part * FAR * allowed(1e-5), &[1e-9, 1e-5])), [false, true]);
         assert_eq!([0.99, 1.01].map(|part| said(part * FAR * allowed(0.0), &[0.0])), [false, true]);
+    }
+
+    /// A request as the command line has it.
+    #[derive(clap::Parser)]
+    struct Asked {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn asked(problem: [&str; 2]) -> Args {
+        let words = ["solve", problem[0], problem[1], "--method", "rk4", "--h", "0.25", "--t-end", "1"];
+        <Asked as clap::Parser>::try_parse_from(words).expect("it makes sense").args
+    }
+
+    fn file(text: &str) -> tempfile::NamedTempFile {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), text).expect("writable");
+        file
+    }
+
+    #[test]
+    fn a_course_is_kept_of_small_systems_and_not_too_many_rows() {
+        let kept = |n: usize, rows: usize, is_long: bool| {
+            let mut course = Course { is_long, ..Course::default() };
+            (0..rows).for_each(|k| course.add(k as f64, &vec![0.0; n]));
+            assert_eq!(course.times.len(), course.states.len());
+            (course.is_long, course.times.len())
+        };
+        assert_eq!([1, beware::DENSE].map(|n| kept(n, 2, false)), [(false, 2); 2]);
+        assert_eq!(kept(beware::DENSE + 1, 2, false), (true, 0));
+        assert_eq!([0, 1].map(|more| kept(1, Course::ROWS + more, false)), [(false, 4096), (true, 4096)]);
+        assert_eq!(kept(1, 2, true), (true, 0), "it was of no model from the start");
+    }
+
+    #[test]
+    fn a_course_is_kept_of_models_alone_and_an_error_of_exact_solutions() {
+        let model = file("u_i { x = 1 } F_i { -x }");
+        let model = model.path().to_str().expect("UTF-8");
+        for (problem, kept, errors) in
+            [(["--model", model], (false, 5), 1), (["--problem", "linear-drag"], (true, 0), 2)]
+        {
+            let args = asked(problem);
+            let followed = Solve::new(&args).expect("it makes sense").follow(|row| {
+                assert_eq!(row.errors.len(), errors, "{problem:?}");
+                Ok(ControlFlow::Continue(()))
+            });
+            let course = followed.ok().expect("it runs").course;
+            assert_eq!((course.is_long, course.times.len()), kept, "{problem:?}");
+        }
+    }
+
+    /// A clock comes by its place at t = 0.53, between rows; what f does there is left to y, or is undone at once.
+    #[test]
+    fn what_acts_between_rows_is_told_where_something_comes_of_it() {
+        let told = |rate: &str| {
+            let model = file(&format!("u_i {{ x = 0, y = 1 }} F_i {{ 1, {rate} }}"));
+            let problem = verify::problem::model::Model::load(model.path(), &[], None).expect("a model");
+            let (mut course, mut beside) = (Course::default(), Beside::default());
+            for t in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                course.add(t, &[t, 1.0]);
+                beside.add(t, &[t, 1.0], Some(0.0));
+            }
+            course.passed_over(&problem, &beside)
+        };
+        let (first, second) =
+            ("heaviside(x - 0.53)*heaviside(0.5305 - x)", "heaviside(x - 0.5305)*heaviside(0.531 - x)");
+        let left = told(&format!("10*{first}"));
+        assert!(left.as_ref().is_some_and(|text| text.starts_with("from t = 0.53")), "{left:?}");
+        assert_eq!(told(&format!("{first} - {second}")), None);
+    }
+
+    #[test]
+    fn what_is_not_looked_at_is_told_of_large_models() {
+        let limits = |n: usize| {
+            let entries = |entry: &str| vec![entry; n].join(", ");
+            let model = file(&format!("u_i {{ {} }} F_i {{ {} }}", entries("1"), entries("1")));
+            let args = asked(["--model", model.path().to_str().expect("UTF-8")]);
+            Solve::new(&args).expect("it makes sense").limits()
+        };
+        assert_eq!(limits(beware::DENSE), None);
+        assert!(limits(beware::DENSE + 1).is_some_and(|text| text.starts_with("of 65 unknowns, more than 64, ")));
+    }
+
+    #[test]
+    fn the_first_of_equal_errors_is_the_largest_and_none_of_nothing() {
+        let mut summary = Summary::default();
+        for (t, error) in [(0.0, 0.1), (1.0, 0.3), (2.0, 0.3), (3.0, 0.2)] {
+            summary.add(t, 1.0, Some(error), Some(2.0 * error));
+        }
+        assert_eq!((summary.error, summary.estimate), (Some((0.3, 1.0)), Some((0.6, 1.0))));
+        let rest = Summary { rows: 11, estimate: Some((0.0, 1.0)), ..Summary::default() };
+        assert_eq!((rest.unresolved(false), rest.beyond((1e-6, &[0.0][..]))), (None, None));
     }
 }

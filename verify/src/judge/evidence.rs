@@ -160,11 +160,22 @@ pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cel
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::judge::Effort;
+    use crate::judge::file::Shipped;
 
     #[test]
     fn a_region_lies_in_the_complex_plane() {
         let figure = region(4.0, |z| (1.0 + z).norm());
         let [panel] = &figure.panels[..] else { panic!("one panel") };
         assert_eq!([&panel.x.label, &panel.y.label], ["Re z", "Im z"]);
+    }
+
+    #[test]
+    fn errors_are_shown_against_steps_in_powers_of_ten() {
+        let file = Shipped::by_name("implicit-euler").expect("it comes along").read().expect("a method");
+        let figure = Judgement::new(file, Effort::Theory).orders_figure();
+        let [panel] = &figure.panels[..] else { panic!("one panel") };
+        assert_eq!([&panel.x.label, &panel.y.label], ["h", "error"]);
+        assert!(panel.x.log && panel.y.log);
     }
 }

@@ -17,7 +17,6 @@ use crate::cli::Status;
 use crate::cli::args::finite;
 use crate::cli::error::Failure;
 use crate::cli::layout::{counted, number, paragraph, right, significant, trimmed};
-use crate::cli::output::Output;
 
 /// A table of values instead of a method and a problem.
 #[derive(Debug, clap::Args)]
@@ -95,7 +94,7 @@ impl DataArgs {
         &self,
         (quantities, shown): (&[Quantity], &Shown),
         args: &Args,
-        out: &mut Output,
+        out: &mut impl Write,
     ) -> Result<Status, Failure> {
         if self.exact.is_some() && quantities.len() > 1 {
             return Err(Failure::Incomplete("--exact", "--quantity COLUMN, the one whose value it is"));
@@ -364,5 +363,67 @@ impl From<Verdict> for Status {
             Verdict::Fail => Self::Failed,
             Verdict::Inconclusive => Self::Inconclusive,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As many grids as asked for, with errors of second order.
+    fn quantity(name: &str, grids: u32) -> Quantity {
+        let grid = |k: u32| {
+            let h = 0.5_f64.powi(k as i32);
+            verify::measure::refinement::Grid { h, value: Some(1.0 + h * h) }
+        };
+        Quantity { name: name.into(), grids: (0..grids).map(grid).collect(), resolution: 0.0 }
+    }
+
+    fn table(quantity: &Quantity, judgement: &Judgement) -> String {
+        let mut out = Vec::new();
+        write_table(quantity, judgement, &mut out).expect("written");
+        String::from_utf8(out).expect("UTF-8")
+    }
+
+    #[test]
+    fn of_three_grids_none_is_left_out_and_none_is_coarser() {
+        for (grids, is_finest) in [(3, false), (4, true)] {
+            let quantity = quantity("u", grids);
+            let text = table(&quantity, &quantity.judge(&Question::default()));
+            let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert_eq!(text.contains("on the finest three grids"), is_finest, "{text}");
+            assert!(text.contains("GCI, fine") && !text.contains("without those left out"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_long_reason_stands_right_of_the_verdict() {
+        let quantity = quantity("u", 3);
+        let judgement = Judgement { reason: "word ".repeat(20), ..quantity.judge(&Question::default()) };
+        let text = table(&quantity, &judgement);
+        let (first, more) = text.trim_end().rsplit_once('\n').expect("two lines");
+        let first = first.lines().last().expect("a line");
+        assert!(first.contains(": word") && first.find("word") == more.find("word"), "{text}");
+    }
+
+    #[test]
+    fn a_blank_line_stands_between_quantities() {
+        #[derive(clap::Parser)]
+        struct Asked {
+            #[command(flatten)]
+            args: Args,
+        }
+        let quantities = ["u", "v"].map(|name| quantity(name, 3));
+        let judged = |options: &[&str], quantities: &[Quantity]| {
+            let words = ["order", "--data", "x.csv"].iter().chain(options);
+            let args = <Asked as clap::Parser>::try_parse_from(words).expect("it makes sense").args;
+            let mut out = Vec::new();
+            let judged = args.data.judge((quantities, &Shown::default()), &args, &mut out);
+            judged.map(|_| String::from_utf8(out).expect("UTF-8"))
+        };
+        let exact = |quantities: &[Quantity]| judged(&["--exact", "1"], quantities).is_ok();
+        assert!(exact(&quantities[..1]) && !exact(&quantities), "an exact value is that of one quantity");
+        let text = judged(&[], &quantities).expect("judged");
+        assert!(text.starts_with("u, 3 grids\n") && text.contains("\n\nv, 3 grids\n"), "{text}");
     }
 }

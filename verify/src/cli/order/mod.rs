@@ -11,7 +11,9 @@ use clap::ValueEnum;
 use serde::Serialize;
 use verify::judge::FileMethod;
 use verify::measure::order::{OrderFit, Reason, Sample, Verdict};
+use verify::method::Method;
 use verify::order::{Ladder, Source, Truth, measure_on};
+use verify::problem::Problem;
 use verify::program::{Request, Shown};
 use verify::theory::{methods_for, order_plan};
 
@@ -253,10 +255,8 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
     let truth = source.truth(&*problem, &*method);
     let fit = measure_on(&*problem, &*method, truth, &ladder)?;
-    // Coefficients alone say nothing of a special problem; what the report measures on each of its own is known.
-    let is_known = !args.problem.is_model()
-        && args.problem.set().is_empty()
-        && methods_for(&*problem).iter().any(|known| known.name() == method.name());
+    // Coefficients alone say nothing of a special problem.
+    let is_known = is_known(&args.problem, &*problem, &*method);
     let mut fit = if is_known || ladder.expected.is_some() { fit } else { fit.of_equations_in_general() };
     let overstated = claimed.filter(|claimed| *claimed > method.order() && args.expect.is_none());
     if overstated.is_some() && fit.verdict == Verdict::Pass {
@@ -280,6 +280,13 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         args.problem.write_caveat(out).map_err(Failure::Output)?;
     }
     Ok(fit.verdict.into())
+}
+
+/// Whether the report measures the method on this problem too, as on each of its own.
+fn is_known(named: &ProblemArgs, problem: &dyn Problem, method: &dyn Method) -> bool {
+    !named.is_model()
+        && named.set().is_empty()
+        && methods_for(problem).iter().any(|known| known.name() == method.name())
 }
 
 /// The result in the form that JSON has; the help states the schema.
@@ -455,5 +462,83 @@ impl<'a> Measurement<'a> {
             ),
             false => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use verify::method;
+
+    use super::*;
+
+    /// The order of a method on a problem with its own parameters, and of no model.
+    #[test]
+    fn orders_that_the_report_measures_are_known() {
+        #[derive(clap::Parser)]
+        struct Asked {
+            #[command(flatten)]
+            problem: ProblemArgs,
+        }
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), "u_i { x = 1 } F_i { -x }").expect("writable");
+        let model = file.path().to_str().expect("UTF-8");
+        for (words, method, is_expected) in [
+            (&["--problem", "linear-drag"][..], "rk4", true),
+            (&["--problem", "linear-drag", "--set", "v0=2"], "rk4", false),
+            (&["--problem", "linear-drag"], "stormer-verlet", false),
+            (&["--model", model], "rk4", false),
+        ] {
+            let asked = <Asked as clap::Parser>::try_parse_from(["order"].iter().chain(words)).expect("it makes sense");
+            let (_, problem) = asked.problem.build(None).expect("there");
+            let method_of = method::parse(method).expect("registered");
+            assert_eq!(is_known(&asked.problem, &*problem, &*method_of), is_expected, "{words:?}, {method}");
+        }
+    }
+
+    /// Of two points with the same reason.
+    fn table(reason: &str) -> String {
+        let point = |h: f64| Point {
+            h,
+            error: Some(1.0),
+            floor: Some(0.0),
+            local_order: None,
+            kept: false,
+            reason: Some(reason.into()),
+        };
+        let measurement = Measurement {
+            problem: "linear-drag",
+            method: "rk4".into(),
+            reference: "the exact solution".into(),
+            t_end: 1.0,
+            expected: None,
+            declared: None,
+            slope: None,
+            stderr: None,
+            r_squared: None,
+            verdict: Verdict::Fail,
+            reason: &"word ".repeat(20),
+            notes: &[],
+            points: vec![point(0.5), point(0.25)],
+            of: "a component of the state",
+            wants_finer: false,
+        };
+        let mut out = Vec::new();
+        measurement.write_table(&mut out).expect("written");
+        String::from_utf8(out).expect("UTF-8")
+    }
+
+    #[test]
+    fn a_reason_of_more_than_a_line_is_told_once() {
+        let times = |letters: usize| table(&"x".repeat(letters)).matches("xxx").count() / (letters / 3);
+        assert_eq!([LONG, LONG + 1].map(times), [2, 1]);
+        assert!(table(&"x".repeat(LONG + 1)).contains("no: the same"));
+    }
+
+    #[test]
+    fn a_long_reason_stands_right_of_the_verdict() {
+        let text = table("x");
+        let (first, more) = text.trim_end().rsplit_once('\n').expect("two lines");
+        let first = first.lines().last().expect("a line");
+        assert!(first.contains(": word") && first.find("word") == more.find("word"), "{text}");
     }
 }

@@ -133,7 +133,8 @@ fn growth_in_a_step(
         return None;
     }
     let a = h * jacobian(problem, t, v);
-    let grows = abscissa_bound(&a) > SHOWN && a.iter().all(|x| x.is_finite());
+    let grows = abscissa_bound(&a) > SHOWN;
+    // NaN, of what is not finite, is no growth.
     let exponent = grows.then(|| spectral_abscissa(&a)).filter(|exponent| *exponent > SHOWN)?;
     let shown = growth(method, &a)?.ln();
     // A method that lets them grow faster hides nothing.
@@ -154,6 +155,7 @@ pub(super) fn step_that_shows(method: &dyn Method, a: &DMatrix<f64>, h: f64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::solve::equation::model;
 
     /// ẋ = x in steps of 4, of which implicit Euler has none of the growth: the stay begins with the error of the row before.
     #[test]
@@ -182,6 +184,25 @@ mod tests {
             held.add(&*problem, &*method, start, &row, 1.0);
         }
         assert_eq!((held.latest.fastest, held.latest.matrix[(0, 0)]), (6.0, 6.0));
+    }
+
+    /// Two steps of 4, in which e⁸ is hidden, and after the solution has left two of 2 that hide e⁴; one step may be that in which it leaves.
+    #[test]
+    fn the_stay_that_hides_the_largest_growth_is_kept() {
+        let problem = verify::problem::build("linear-drag", &[("lambda".into(), "-1".into())]).expect("known");
+        let method = verify::method::parse("implicit-euler").expect("known");
+        let mut held = Held::default();
+        for (start, t, x, kept) in [
+            (0.0, 4.0, 1.0, None),
+            (4.0, 8.0, 1.0, Some([0.0, 8.0])),
+            (8.0, 10.0, 3.0, Some([0.0, 8.0])),
+            (10.0, 12.0, 1.0, Some([0.0, 8.0])),
+            (12.0, 14.0, 1.0, Some([0.0, 8.0])),
+        ] {
+            held.add(&*problem, &*method, start, &Row { t, state: &[x], estimate: None, has_ended: false }, 1.0);
+            assert_eq!(held.worst.as_ref().map(|stay| stay.times), kept, "t = {t}");
+        }
+        assert!(held.latest.is_hidden());
     }
 
     /// Where no error is known, perturbations begin as the rounding of a solution of any size.
@@ -215,5 +236,19 @@ mod tests {
         let a = DMatrix::from_row_slice(2, 2, &[0.1, -10.0, 10.0, 0.1]);
         let told = |name: &str, h: f64| step_that_shows(&*verify::method::parse(name).expect("known"), &(h * &a), h);
         assert_eq!(told("implicit-euler", 0.05), format!("steps of h = {} show the growth", number(0.05 / 64.0)));
+    }
+
+    /// By e⁴ in a step of 4; beyond a factor of √e, where f has a derivative.
+    #[test]
+    fn growth_is_looked_at_in_fixed_steps_of_small_systems() {
+        let grows = |n: usize, rate: &str, h: f64, method: &str| {
+            let starts = (1..n).map(|k| format!(", y{k} = 0")).collect::<String>();
+            let problem = model(&format!("u_i {{ x = 0{starts} }} F_i {{ {rate}{} }}", ", 0".repeat(n - 1)));
+            let method = verify::method::parse(method).expect("known");
+            growth_in_a_step(&problem, &*method, (0.0, &vec![0.0; n]), h).is_some()
+        };
+        assert_eq!([SMALL, SMALL + 1].map(|n| grows(n, "x", 4.0, "implicit-euler")), [true, false]);
+        assert!(!grows(2, "x", 4.0, "radau-adaptive") && !grows(2, "sqrt(x)", 4.0, "implicit-euler"));
+        assert_eq!([0.49, 0.51].map(|h| grows(2, "x", h, "implicit-euler")), [false, true]);
     }
 }

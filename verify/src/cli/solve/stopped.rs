@@ -118,11 +118,7 @@ pub(super) fn told(
 fn turns(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> bool {
     let end = t + WAY * h;
     let solved = solution(problem.ode(), (t, v), &[end], COURSE);
-    let sign = |t: f64, v: &[f64]| {
-        let matrix = jacobian(problem, t, v);
-        let scale = matrix.amax();
-        (matrix / scale).determinant().signum()
-    };
+    let sign = |t: f64, v: &[f64]| jacobian(problem, t, v).determinant().signum();
     solved.and_then(|mut states| states.pop()).is_some_and(|there| sign(t, v) * sign(end, &there) == -1.0)
 }
 
@@ -244,6 +240,33 @@ mod tests {
         assert!(!told(0.0).contains("a rounding beside"), "{}", told(0.0));
     }
 
+    #[test]
+    fn a_state_that_is_a_rounding_of_what_it_was_is_named() {
+        let problem = model("u_i { v = 1 } F_i { -sqrt(v) }");
+        let implicit = method::parse("implicit-euler").expect("registered");
+        let source = SolveError::Diverged { iterations: 2, increment: 1e-9 };
+        let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.5, source });
+        let told = |v: f64, largest: f64| told(&problem, &*implicit, &error, (&[v], largest)).unwrap_or_default();
+        for largest in [1e-3, 1.0, 1e3] {
+            let is_named = |part: f64| told(part * f64::EPSILON * largest, largest).contains("a rounding beside");
+            assert_eq!([0.9, 1.1].map(is_named), [true, false], "{largest}");
+        }
+    }
+
+    /// Of a component of 64 and of 65 that comes to rest where its rate has no derivative.
+    #[test]
+    fn of_a_large_system_nothing_is_looked_for() {
+        let implicit = method::parse("implicit-euler").expect("registered");
+        let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.5, source: SolveError::OtherBranch });
+        let is_told = |n: usize| {
+            let others: String = (1..n).map(|k| format!(", w{k} = 0")).collect();
+            let problem = model(&format!("u_i {{ v = 1{others} }} F_i {{ -sqrt(v){} }}", ", 0".repeat(n - 1)));
+            let state = [vec![1.0], vec![0.0; n - 1]].concat();
+            told(&problem, &*implicit, &error, (&state, 1.0)).is_some()
+        };
+        assert_eq!([DENSE, DENSE + 1].map(is_told), [true, false]);
+    }
+
     /// v̇ = v(1 − v) beside a mode that decays: J is singular at v = ½.
     #[test]
     fn a_jacobian_that_becomes_singular_is_named_for_the_momentum_that_it_leaves_open() {
@@ -260,6 +283,16 @@ mod tests {
         assert!(!told("method-ii", 0.4).contains("comes to 0") && !told("method-ii", 0.51).contains("comes to 0"));
     }
 
+    /// The product of 32 eigenvalues of about 10⁻¹² is below all doubles, and has a sign all the same.
+    #[test]
+    fn a_jacobian_becomes_singular_in_units_of_any_size() {
+        let others = |entry: fn(usize) -> String| (1..32).map(entry).collect::<String>();
+        let (start, rates) = (others(|k| format!(", w{k} = 1")), others(|k| format!(", -1e-12*w{k}")));
+        let problem = model(&format!("u_i {{ v = 0.1{start} }} F_i {{ 1e-12*v*(1 - v){rates} }}"));
+        let state = |v: f64| [vec![v], vec![1.0; 31]].concat();
+        assert_eq!([0.49, 0.4, 0.51].map(|v| turns(&problem, (0.0, &state(v)), 1e11)), [true, false, false]);
+    }
+
     /// At the end of a branch at t = 1, half-way through a step.
     #[test]
     fn a_kink_is_no_jump() {
@@ -269,5 +302,10 @@ mod tests {
         // By a tenth, in small units; and where there is nothing.
         assert!(jumps("1e-4 + 1e-5*heaviside(t - 1)") && !jumps("0*x"));
         assert!(!jumps("t + 9*max(t - 1, 0)") && !jumps("t"));
+        // What f does behind a jump is no part of it.
+        assert!(jumps("heaviside(t - 1)*(1 + 1e5*(t - 1))"));
+        // Of a longer step the end is known to as many digits.
+        let file = model("u_i { x = 0 } F_i { heaviside(t - 1.000003) }");
+        assert!(jumps_in_time(&file, (-1.0, &[0.0]), (2.0, 4.0)));
     }
 }

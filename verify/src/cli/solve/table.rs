@@ -71,3 +71,46 @@ impl Table {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(components: usize, rows: u32) -> String {
+        let components_and_errors = (0..components).map(|k| format!("x{k}")).chain(["error".into(), "estimate".into()]);
+        let mut table = Table::new(["t".into()].into_iter().chain(components_and_errors).collect(), components);
+        for k in 0..rows {
+            let values = vec![1.0; components];
+            table.push(Row { t: f64::from(k), values: &values, errors: &[None, Some(0.5)] });
+        }
+        let mut out = Vec::new();
+        table.write(&mut out).expect("written");
+        String::from_utf8(out).expect("UTF-8")
+    }
+
+    /// As many as make the lines no wider.
+    #[test]
+    fn as_many_columns_are_shown_as_a_terminal_has() {
+        let most = columns() / COLUMN;
+        let fits = most - 3;
+        assert!(!written(fits, 1).contains("more component"));
+        for components in [fits + 1, fits + 7] {
+            let text = written(components, 1);
+            let heading = text.lines().next().expect("a heading");
+            assert_eq!(heading.split_whitespace().count(), most, "{text}");
+            assert!(text.contains(&format!("and {} more components", components - fits)), "{text}");
+        }
+    }
+
+    /// Of 100 rows one of 8, 13 in all, and the last.
+    #[test]
+    fn rows_are_thinned_by_halves_until_they_fit_on_a_screen() {
+        let text = written(1, 100);
+        let times: Vec<f64> =
+            text.lines().filter_map(|line| line.split_whitespace().next()?.parse().ok()).take(14).collect();
+        let expected: Vec<f64> = (0..13).map(|k| 8.0 * f64::from(k)).chain([99.0]).collect();
+        assert_eq!(times, expected, "{text}");
+        assert!(text.ends_with("1 row of 8 is shown, out of 100; `--csv FILE` writes them all\n"), "{text}");
+        assert!(!written(1, ROWS as u32).contains("is shown"));
+    }
+}

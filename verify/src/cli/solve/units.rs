@@ -47,7 +47,7 @@ pub(super) fn unlike(
     let (largest, smallest) = (units.iter().copied().largest(), units.iter().copied().smallest());
     let named = |unit: f64| Some(&component_names(problem)[units.iter().position(|other| *other == unit)?]).cloned();
     let names = [named(smallest)?, named(largest)?];
-    (is_mended && smallest < largest).then(|| {
+    is_mended.then(|| {
         format!(
             "least squares weigh the components of f alike, whose units are not: with {} in units of {:.0e} of those of {} the step is another; \
              scale the variables so, or take a Runge–Kutta method",
@@ -67,16 +67,29 @@ mod tests {
     /// x turns with v at a rate of 1, in units that are 10⁹ and 10⁻⁹ of one another, or alike.
     #[test]
     fn units_are_named_where_a_step_goes_right_in_others() {
-        let found = |rates: &str, name: &str| {
+        let from = |state: &[f64], h: f64, k: usize, rates: &str, name: &str| {
             let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-            std::fs::write(file.path(), format!("u_i {{ x = 1, v = 0 }} F_i {{ {rates} }}")).expect("writable");
+            let (starts, rests) =
+                ((2..state.len()).map(|k| format!(", w{k} = 0")), (2..state.len()).map(|k| format!(", -w{k}")));
+            let text = format!(
+                "u_i {{ x = 1, v = 0{} }} F_i {{ {rates}{} }}",
+                starts.collect::<String>(),
+                rests.collect::<String>()
+            );
+            std::fs::write(file.path(), text).expect("writable");
             let problem = Model::load(file.path(), &[], None).expect("a model");
             let method = method::parse(name).expect("registered");
-            unlike(&problem, &*method, (0.0, &[1.0, 0.0]), 0.1, 0)
+            unlike(&problem, &*method, (0.0, state), h, k)
         };
+        let found = |rates: &str, name: &str| from(&[1.0, 0.0], 0.1, 0, rates, name);
         let (unlike, alike) = ("1e9*v, -1e-9*x", "v, -x");
         let told = found(unlike, "method-i").expect("it hardly moves");
         assert!(told.contains("with v in units of 9e-10 of those of x"), "{told}");
+        // By any step, however small, of v; not of what rests, nor beside many others.
+        assert!(from(&[1.0, 0.0], 1e-9, 1, unlike, "method-i").is_some());
+        assert_eq!(from(&[0.0, 0.0], 0.1, 0, unlike, "method-i"), None);
+        let many = |n: usize| from(&[&[1.0][..], &vec![0.0; n - 1]].concat(), 0.1, 0, unlike, "method-i").is_some();
+        assert_eq!([3, DENSE + 1].map(many), [true, false]);
         assert_eq!(found("1e200*v, -1e200*x", "rk4"), None);
         for (rates, name) in [
             (alike, "method-i"),

@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn a_lag_for_the_units_says_so() {
         let unlike = model("u_i { x = 1, v = 0 } F_i { 1e9*v, -1e-9*x }");
-        let rows = [100.0, 100.1, 100.2].map(|t| (t, [1.0, 1e-9]));
+        let rows = [2.0, 2.1, 2.2].map(|t| (t, [1.0, 1e-9]));
         let told = Past::of(&rows, None).lags(&unlike, &*by("method-i")).expect("it lags");
         assert!(told.contains("with v in units of 9e-10 of those of x"), "{told}");
     }
