@@ -336,16 +336,24 @@ mod tests {
             let error = (end - 0.5 * (-3.0_f64).exp() - 0.3 * (1.0 - (-1.5_f64).exp())).abs();
             assert!(estimate >= 0.9 * error && left == JUMPS - 1, "{method}: {estimate} for {error}, {left}");
         }
+        // And where little of it is left at the end of a step.
+        let text = "u_i { c = 0 } F_i { -50*(c - 0.3*(1 - heaviside(1.5 - t))) }";
+        for method in ["implicit-euler", "method-i", "trapezoidal", "tr-bdf2", "sdirk2", "ls-galerkin(2,radau,2)"] {
+            let (estimate, _, left) = beside_run(text, method, [0.25, 3.0]);
+            assert!(estimate > 0.0 && left == JUMPS - 1, "{method}: {estimate}, {left}");
+        }
     }
 
     /// Its place is found to a millionth of a step, of whatever length.
     #[test]
-    fn a_jump_in_short_steps_is_in_the_estimate() {
-        let (h, at) = (1e-4, 0.005_149);
-        let text = format!("u_i {{ x = 0 }} F_i {{ 1 + 2*heaviside(x - {at}) }}");
-        let (estimate, end, _) = beside_run(&text, "rk4", [h, 0.01]);
-        let error = (end - at - 3.0 * (0.01 - at)).abs();
-        assert!(estimate >= 0.99 * error && estimate < 1.2 * error && error > 0.1 * h, "{estimate} for {error}");
+    fn a_jump_in_short_or_long_steps_is_in_the_estimate() {
+        for unit in [1e-2, 1e6] {
+            let [h, at, t_end] = [0.01, 0.5149, 1.0].map(|part| part * unit);
+            let text = format!("u_i {{ x = 0 }} F_i {{ 1 + 2*heaviside(x - {at}) }}");
+            let (estimate, end, _) = beside_run(&text, "rk4", [h, t_end]);
+            let error = (end - at - 3.0 * (t_end - at)).abs();
+            assert!(estimate >= 0.99 * error && estimate < 1.2 * error && error > 0.1 * h, "{estimate} for {error}");
+        }
     }
 
     /// Across a jump of a stiff f implicit steps lead to where f is small again, with little of the jump left in it.

@@ -257,7 +257,7 @@ pub fn measure_on(
         steps.splice(..0, added);
         found = fit(&samples, &expectation);
     }
-    let is_lost = bound > RESOLVED * size;
+    let is_lost = is_lost(bound, size);
     let model = problem.facts().model.filter(|_| !is_lost);
     let unexplored = model.and_then(|rate| unexplored(&found, method.order(), size, rate));
     let along = |times: &[f64]| truth.solution(problem, &limit, times, ladder.tolerance).ok();
@@ -321,6 +321,11 @@ fn beside_theory(
 /// Errors above this part of the solution tell of no order.
 const RESOLVED: f64 = 0.1;
 
+/// Whether an error, or a bound, is above it.
+fn is_lost(error: f64, size: f64) -> bool {
+    error > RESOLVED * size
+}
+
 /// Why the errors of runs on a model, of which nothing is known but the size of its solution and a norm of J, decide nothing.
 ///
 /// What has no `order` converges to nothing, and what has another one than is expected is not excused.
@@ -329,12 +334,12 @@ fn unexplored(found: &OrderFit, order: u32, size: f64, rate: f64) -> Option<Stri
         return None;
     }
     let finest = found.kept.last()?;
-    let part = finest.result.as_ref().ok()?.error / size;
-    if part > RESOLVED {
+    let error = finest.result.as_ref().ok()?.error;
+    if is_lost(error, size) {
         return Some(format!(
             "at the finest step of the fit the error is {:.0} % of the solution, which no step resolves: a finer `--coarsest` or a \
              shorter time tells",
-            100.0 * part
+            100.0 * error / size
         ));
     }
     let reduced = found.line.is_some_and(|line| line.slope < found.expected.order);
@@ -465,7 +470,10 @@ pub fn depends_on_time(problem: &dyn Problem) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use lsvi::Integrator;
+
     use super::*;
+    use crate::method::BuildError;
 
     #[test]
     fn what_theory_rules_out_fails_where_it_is_found() {
@@ -487,6 +495,16 @@ mod tests {
     }
 
     #[test]
+    fn a_tenth_of_the_solution_is_the_most_that_tells_of_an_order() {
+        for size in [1e-3, 1.0, 1e3] {
+            assert_eq!(
+                [0.09, 0.11, 10.0, f64::INFINITY].map(|part| is_lost(part * size, size)),
+                [false, true, true, true]
+            );
+        }
+    }
+
+    #[test]
     fn errors_of_a_model_that_no_step_resolves_and_stiff_ones_decide_nothing() {
         let of = |order: f64, constant: f64| {
             let samples: Vec<_> =
@@ -499,9 +517,15 @@ mod tests {
         assert!(!open(2, 1.0, 1000.0) && open(2, 1.0, 2000.0) && !open(1, 1.0, 2000.0));
         // Of a solution of ten the error is a tenth.
         assert!(unexplored(&of(1.0, 200.0), 1, 10.0, 1.0).is_none());
-        // No excuse for what has no order, or claims more than it has.
+        // No excuse for what has no order, or claims more than it has, and none is needed where an order is found or exceeded.
         assert!(unexplored(&of(1.0, 200.0), 0, 1.0, 1.0).is_none());
         assert!(unexplored(&of(2.0, 1.0), 1, 1.0, 2000.0).is_none());
+        for (slope, verdict) in [(1.95, Verdict::Pass), (3.0, Verdict::Fail)] {
+            let samples: Vec<_> =
+                (0..8).map(|k| 0.1 * 0.5_f64.powi(k)).map(|h| Sample::new(h, h.powf(slope), 0.0)).collect();
+            let found = fit(&samples, &order::Expectation::new(2.0, 0.1));
+            assert_eq!((found.verdict, unexplored(&found, 2, 1.0, 2000.0)), (verdict, None), "{slope}");
+        }
     }
 
     /// Across a kink of f = max(t − ½, 0) errors fall with h²: one of order 4 that has 2 is excused, and one that has 1 is not.
@@ -514,15 +538,98 @@ mod tests {
         let along = |times: &[f64]| {
             Some(times.iter().map(|t| (vec![0.5 * (t - 0.503).max(0.0).powi(2)], 0.0)).collect::<Vec<_>>())
         };
-        let why = |slope: f64| {
+        let why_of = |slope: f64, order: u32| {
             let samples: Vec<_> =
                 (0..8).map(|k| 0.1 * 0.5_f64.powi(k)).map(|h| Sample::new(h, h.powf(slope), 0.0)).collect();
             let found = fit(&samples, &order::Expectation::new(4.0, 0.1));
             assert_eq!(found.verdict, Verdict::Fail);
-            unsmooth(&found, 4, &limit, 1.0, along)
+            unsmooth(&found, order, &limit, 1.0, along)
         };
+        let why = |slope: f64| why_of(slope, 4);
         assert!(why(2.0).is_some_and(|why| why.contains("f is not smooth along the solution near t = 0.50")));
         assert_eq!(why(1.0), None);
+        assert_eq!(why_of(2.0, 5), None, "another order is expected than the method's own");
+    }
+
+    /// The classical method of order 4, as if its coefficients had digits that leave so much open, times a power of the number of steps.
+    #[derive(Debug)]
+    struct Rounded(Box<dyn Method>, f64, i32);
+
+    impl Method for Rounded {
+        fn name(&self) -> String {
+            "rounded".into()
+        }
+        fn traits(&self) -> crate::method::Traits {
+            self.0.traits()
+        }
+        fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+            self.0.build(problem)
+        }
+        fn rounding_of_coefficients(&self, _size: f64, _length: f64, steps: f64) -> f64 {
+            self.1 * steps.powi(self.2)
+        }
+    }
+
+    fn rounded(digits: f64, power: i32) -> Rounded {
+        Rounded(crate::method::parse("rk4").expect("known"), digits, power)
+    }
+
+    /// Of errors e^{−T} T h⁴/120, of which the digits leave a twelfth open at each step: above their floors, with slopes that these may bend by more than
+    /// the band.
+    #[test]
+    fn digits_are_blamed_for_what_they_leave_open_above_the_floor() {
+        let problem = crate::problem::small("linear-drag").expect("a problem");
+        let horizon = order_plan(&*problem, &rounded(0.0, 0)).horizon;
+        let measured = |part: f64| {
+            let method = rounded(part * (-horizon).exp() * horizon.powi(5) / 120.0, -4);
+            measure_on(&*problem, &method, Truth::Exact, &Ladder { points: Some(4), ..Ladder::default() })
+                .expect("a fit")
+        };
+        let found = measured(1.0 / 12.0);
+        assert!(found.verdict == Verdict::Inconclusive && found.kept.len() == 4 && found.is_of_digits, "{found:?}");
+        let found = measured(1e-3);
+        assert!(found.verdict == Verdict::Pass && !found.is_of_digits, "{found:?}");
+    }
+
+    /// The ansatz leaves a remainder by which Method I, of order 2, has order 1, and Method II the one that it has anyway.
+    #[test]
+    fn an_order_is_declared_where_the_problem_lowers_it() {
+        let problem = crate::problem::small("poiseuille-ansatz").expect("a problem");
+        let declared = |name: &str| {
+            let method = crate::method::parse(name).expect("known");
+            let ladder = Ladder { points: Some(4), ..Ladder::default() };
+            let found = measure_on(&*problem, &*method, Truth::Exact, &ladder).expect("a fit");
+            (found.expected.order, found.expected.declared.map(|declared| declared.nominal))
+        };
+        assert_eq!([declared("method-i"), declared("method-ii")], [(1.0, Some(2.0)), (2.0, None)]);
+    }
+
+    /// Where all errors are at their floor, and up to half of the time.
+    #[test]
+    fn steps_start_coarser_where_that_may_tell_of_an_order() {
+        let problem = crate::problem::small("linear-drag").expect("a problem");
+        let OrderPlan { horizon, steps, .. } = order_plan(&*problem, &rounded(0.0, 1));
+        let measured = |digits: f64, ladder: &Ladder| {
+            let found = measure_on(&*problem, &rounded(digits, 1), Truth::Exact, ladder).expect("a fit");
+            let coarsest = found.points()[0].0.h;
+            (found, coarsest)
+        };
+        let (found, coarsest) = measured(1e-6, &Ladder::default());
+        for sample in found.points().into_iter().map(|(sample, _)| sample) {
+            let (floor, digits) = (sample.result.as_ref().expect("it ran").floor, 1e-6 * horizon / sample.h);
+            assert!((floor / digits - 1.0).abs() < 1e-6, "{floor:e} for {digits:e}");
+        }
+        assert!(coarsest > steps[0] && coarsest <= 0.5 * horizon, "{coarsest}");
+        let (found, coarsest) = measured(1e3, &Ladder::default());
+        assert_eq!(found.verdict, Verdict::Inconclusive);
+        assert!(coarsest > 0.25 * horizon && coarsest <= 0.5 * horizon, "{coarsest}");
+        // Not where steps are asked for, nor for slopes that have not settled above the floors.
+        let asked = Ladder { points: Some(steps.len()), ..Ladder::default() };
+        let narrow = Ladder { band: Some(1e-6), ..Ladder::default() };
+        for (digits, ladder) in [(1e3, asked), (0.0, narrow)] {
+            let (found, coarsest) = measured(digits, &ladder);
+            assert_eq!((found.verdict, coarsest), (Verdict::Inconclusive, steps[0]), "{digits}");
+        }
     }
 
     /// Elsewhere the truth would be that of CVODE, which is less accurate.
@@ -578,5 +685,18 @@ mod tests {
         };
         assert!(depends("u_i { x = 1 } F_i { -x + cos(2*3.141592653589793*t) }"));
         assert!(!depends("u_i { x = 1 } F_i { -x }"));
+    }
+
+    /// In whatever units of time.
+    #[test]
+    fn a_field_that_acts_for_a_part_of_the_horizon_depends_on_time() {
+        for horizon in [0.01, 10.0] {
+            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+            let [on, off] = [0.2, 0.8].map(|part| part * horizon);
+            let text = format!("u_i {{ x = 1 }} F_i {{ -x + heaviside(t - {on})*heaviside({off} - t) }}");
+            std::fs::write(file.path(), text).expect("writable");
+            let model = crate::problem::model::Model::load(file.path(), &[], Some(horizon)).expect("a model");
+            assert!(depends_on_time(&model), "{horizon}");
+        }
     }
 }

@@ -59,13 +59,17 @@ mod tests {
         estimator.at(t_end);
         let early = lsvi::State { t: 0.5 * t_end, ..end.clone() };
         assert_eq!(estimator.settling(&*problem, &*method, &early), None, "it has not ended");
-        estimator.settling(&*problem, &*method, &end)
+        let rounded = lsvi::State { t: t_end.next_down(), ..end.clone() };
+        let [found, beside] = [&end, &rounded].map(|end| estimator.settling(&*problem, &*method, end));
+        assert_eq!(found, beside, "a rounding of the end is none");
+        found
     }
 
     #[test]
     fn an_order_shows_at_short_steps_and_not_at_long_ones() {
         let short = settling("linear-drag", "implicit-euler", [0.01, 1.0]).expect("it differs");
         assert!((short.observed.expect("it runs") - 1.0).abs() < 0.02 && short.order == 1.0 && short.is_settled());
+        assert!(settling("harmonic-oscillator", "rk4", [0.2, 200.0]).expect("it differs").is_settled());
         // With 2h = 5 it grows: R(−5) = 13.7.
         assert!(!settling("linear-drag", "rk4", [2.5, 10.0]).expect("it differs").is_settled());
         // A single step is its own run with twice of it.

@@ -108,7 +108,7 @@ pub fn measure_program(
     }
     let coarsest = answers.first().map_or(asked, |(h, _)| *h);
     let finer = order::ladder(horizon, coarsest, SQRT_2, PROGRAM_LADDER + PROGRAM_FINER);
-    let written = finer.last().map_or(f64::INFINITY, |h| horizon / h * study.names.len() as f64);
+    let written = finer.last().map_or(f64::INFINITY, |h| written(horizon, *h, study.names.len()));
     let is_own = ladder.coarsest.is_none() && ladder.points.is_none();
     if is_own && fit.verdict == Verdict::Inconclusive && fit.wants_finer() && written <= MOST_WRITTEN {
         answers.extend(study.runs(&finer[answers.len()..]));
@@ -379,6 +379,11 @@ impl Study<'_> {
     }
 }
 
+/// The numbers that a run in steps of `h` writes, so many in each row.
+fn written(horizon: f64, h: f64, columns: usize) -> f64 {
+    horizon / h * columns as f64
+}
+
 /// Digits that one run shows, all have.
 fn share(ran: &mut [Ran]) {
     share_digits(ran.iter_mut().filter_map(|(_, answer)| answer.as_mut().ok()));
@@ -641,6 +646,11 @@ mod tests {
             let named: f64 = named.and_then(|(h, _)| h.parse().ok()).expect("a step");
             assert!(named <= finest && named > 0.9 * finest, "{}", fit.reason);
         }
+    }
+
+    #[test]
+    fn a_run_writes_a_row_for_each_step() {
+        assert_eq!(written(2.0, 0.25, 3), 24.0);
     }
 
     #[test]

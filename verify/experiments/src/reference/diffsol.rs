@@ -250,6 +250,32 @@ mod tests {
         assert_eq!(seen.explain(&error), format!("f is NaN ({error})"));
     }
 
+    /// v̇ = −v.
+    struct Decay;
+
+    impl Ode for Decay {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            dv[0] = -v[0];
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+            add(0, 0, -1.0);
+        }
+    }
+
+    /// The last step ends at a time to roundings, before it or beyond it.
+    #[test]
+    fn the_state_at_the_end_is_that_of_the_last_step_wherever_the_end_is() {
+        for solver in [&BDF, &TR_BDF2, &ESDIRK34, &TSIT45] {
+            for end in (1..=40).map(|k| 0.0837 * f64::from(k)) {
+                let run = solver.run(&Decay, 0.0, &[1.0], &[0.4 * end, end], 1e-4).expect("it runs");
+                assert!((run.states[1][0] - (-end).exp()).abs() < 1e-2, "{} to {end}", solver.name);
+            }
+        }
+    }
+
     #[test]
     fn stops_are_equally_spaced_from_where_a_run_goes_on_to_its_end() {
         let mut stops = Stops::new(&Still(0.4), 2.0, &[2.5, 3.0]);
