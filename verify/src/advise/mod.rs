@@ -430,10 +430,11 @@ pub fn try_out(
             .filter_map(|sizes| largest_within(sizes, if part < 1.0 { as_printed(part * horizon) } else { horizon }));
         found.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }));
+    let is_confirmed = |uncertainty: f64| uncertainty <= CONFIRMED * target;
     let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();
     for method in &suited {
         // What they are measured by is in doubt already.
-        if truth.parts_by() > CONFIRMED * target {
+        if !is_confirmed(truth.parts_by()) {
             break;
         }
         note(&method.name());
@@ -443,7 +444,6 @@ pub fn try_out(
         trials.extend(found);
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let is_confirmed = |uncertainty: f64| uncertainty <= CONFIRMED * target;
     let mut confirmed = |times: &[f64], mut apart: f64| {
         for reference in CONFIRMING.into_iter().filter_map(reference::by_name) {
             if !is_confirmed(apart) {
