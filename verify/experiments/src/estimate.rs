@@ -271,9 +271,7 @@ mod tests {
 
     /// Of a run on a model the largest estimate, the end of its first component, and the jumps that are looked for yet.
     fn beside_run(text: &str, name: &str, [h, t_end]: [f64; 2]) -> (f64, f64, u32) {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), text).expect("written");
-        let model = crate::problem::model::Model::load(file.path(), &[], Some(t_end)).expect("a model");
+        let model = crate::problem::model::Model::of_text(text, &[], Some(t_end)).expect("a model");
         let method = method::parse(name).expect("known");
         let mut estimator = Estimator::new(&model, &*method, h, t_end).expect("applies");
         let (mut largest, mut end) = (0.0_f64, 0.0);
@@ -366,10 +364,12 @@ mod tests {
                 .flat_map(|(name, rate)| (0..10).map(move |k| (name, rate, k)))
         {
             let at = 1.5 + 0.1 * (f64::from(k) + 0.37) / 10.0;
-            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-            std::fs::write(file.path(), format!("u_i {{ x = 0 }} F_i {{ -{rate}*(x - heaviside(t - {at})) }}"))
-                .expect("written");
-            let model = crate::problem::model::Model::load(file.path(), &[], Some(3.0)).expect("a model");
+            let model = crate::problem::model::Model::of_text(
+                &format!("u_i {{ x = 0 }} F_i {{ -{rate}*(x - heaviside(t - {at})) }}"),
+                &[],
+                Some(3.0),
+            )
+            .expect("a model");
             let method = method::parse(name).expect("known");
             let mut estimator = Estimator::new(&model, &*method, 0.1, 3.0).expect("applies");
             let (mut most, mut error) = (0.0_f64, 0.0_f64);
@@ -389,9 +389,12 @@ mod tests {
     /// each of the two runs by 3h together, of which e^{−π/3} is left at the next jump: 3h/(1 − e^{−π/3}) < 5h in all.
     #[test]
     fn an_estimate_goes_on_beyond_every_jump() {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), "u_i { x = 1 } F_i { -x + 2*heaviside(sin(3*t)) - 1 }").expect("written");
-        let model = crate::problem::model::Model::load(file.path(), &[], Some(12.0)).expect("a model");
+        let model = crate::problem::model::Model::of_text(
+            "u_i { x = 1 } F_i { -x + 2*heaviside(sin(3*t)) - 1 }",
+            &[],
+            Some(12.0),
+        )
+        .expect("a model");
         for (name, k) in
             ["rk4", "method-i", "radau-adaptive"].into_iter().flat_map(|name| (6..66).map(move |k| (name, k)))
         {
@@ -411,10 +414,12 @@ mod tests {
     /// Nothing tells the tolerances of a dose at a twentieth of the time that lasts for a two-hundredth of it.
     #[test]
     fn what_acts_for_a_moment_is_in_the_estimate_of_an_adaptive_method() {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), "u_i { x = 1 } F_i { (1 - x) + 2*heaviside(t - 20)*heaviside(20.2 - t) }")
-            .expect("written");
-        let model = crate::problem::model::Model::load(file.path(), &[], Some(40.0)).expect("a model");
+        let model = crate::problem::model::Model::of_text(
+            "u_i { x = 1 } F_i { (1 - x) + 2*heaviside(t - 20)*heaviside(20.2 - t) }",
+            &[],
+            Some(40.0),
+        )
+        .expect("a model");
         let method = method::parse("radau-adaptive").expect("known");
         let mut estimator = Estimator::new(&model, &*method, 40.0, 40.0).expect("applies");
         let after = 1.0 + 2.0 * (1.0 - (-0.2_f64).exp());

@@ -531,9 +531,8 @@ mod tests {
     /// Across a kink of f = max(t − ½, 0) errors fall with h²: one of order 4 that has 2 is excused, and one that has 1 is not.
     #[test]
     fn a_kink_excuses_no_lower_order_than_it_leaves() {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), "u_i { x = 0 } F_i { max(t - 0.503, 0) }").expect("writable");
-        let model = crate::problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+        let model = crate::problem::model::Model::of_text("u_i { x = 0 } F_i { max(t - 0.503, 0) }", &[], Some(1.0))
+            .expect("a model");
         let limit = model.limit(crate::kinds::Principle::Equation);
         let along = |times: &[f64]| {
             Some(times.iter().map(|t| (vec![0.5 * (t - 0.503).max(0.0).powi(2)], 0.0)).collect::<Vec<_>>())
@@ -679,9 +678,7 @@ mod tests {
     #[test]
     fn a_field_that_comes_back_at_the_horizon_depends_on_time() {
         let depends = |text: &str| {
-            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-            std::fs::write(file.path(), text).expect("writable");
-            depends_on_time(&crate::problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model"))
+            depends_on_time(&crate::problem::model::Model::of_text(text, &[], Some(1.0)).expect("a model"))
         };
         assert!(depends("u_i { x = 1 } F_i { -x + cos(2*3.141592653589793*t) }"));
         assert!(!depends("u_i { x = 1 } F_i { -x }"));
@@ -691,11 +688,9 @@ mod tests {
     #[test]
     fn a_field_that_acts_for_a_part_of_the_horizon_depends_on_time() {
         for horizon in [0.01, 10.0] {
-            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
             let [on, off] = [0.2, 0.8].map(|part| part * horizon);
             let text = format!("u_i {{ x = 1 }} F_i {{ -x + heaviside(t - {on})*heaviside({off} - t) }}");
-            std::fs::write(file.path(), text).expect("writable");
-            let model = crate::problem::model::Model::load(file.path(), &[], Some(horizon)).expect("a model");
+            let model = crate::problem::model::Model::of_text(&text, &[], Some(horizon)).expect("a model");
             assert!(depends_on_time(&model), "{horizon}");
         }
     }

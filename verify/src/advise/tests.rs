@@ -224,9 +224,7 @@ fn tolerances_are_held_in_a_unit() {
 }
 
 fn of_text(code: &str, horizon: f64) -> Model {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-    std::fs::write(file.path(), code).expect("writable");
-    Model::load(file.path(), &[], Some(horizon)).expect("a model")
+    Model::of_text(code, &[], Some(horizon)).expect("a model")
 }
 
 /// A run that is made again has the steps of the trial, and between them and the times nothing is repaired.

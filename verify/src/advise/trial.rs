@@ -617,10 +617,9 @@ mod tests {
     #[test]
     fn a_place_to_which_another_leads_is_found_too() {
         let at = |place: f64| format!("1000*heaviside(x - {place})*heaviside({} - x)", place + 1e-3);
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
         let rates = format!("1, {}, heaviside(v - 0.1)*{}", at(2.3462), at(5.6822));
-        std::fs::write(file.path(), format!("u_i {{ x = 0, v = 0, w = 0 }} F_i {{ {rates} }}")).expect("writable");
-        let problem = Model::load(file.path(), &[], Some(HORIZON)).expect("a model");
+        let problem = Model::of_text(&format!("u_i {{ x = 0, v = 0, w = 0 }} F_i {{ {rates} }}"), &[], Some(HORIZON))
+            .expect("a model");
         let method = adaptive(1e-4).expect("registered");
         let truth = Truth::by(&problem, &*method, HORIZON, 1.0).expect("it runs");
         // Beside it, in its step.

@@ -736,8 +736,8 @@ mod tests {
             assert_eq!(course.times.len(), course.states.len());
             (course.is_long, course.times.len())
         };
-        assert_eq!([1, beware::DENSE].map(|n| kept(n, 2, false)), [(false, 2); 2]);
-        assert_eq!(kept(beware::DENSE + 1, 2, false), (true, 0));
+        assert_eq!([1, equation::DENSE].map(|n| kept(n, 2, false)), [(false, 2); 2]);
+        assert_eq!(kept(equation::DENSE + 1, 2, false), (true, 0));
         assert_eq!([0, 1].map(|more| kept(1, Course::ROWS + more, false)), [(false, 4096), (true, 4096)]);
         assert_eq!(kept(1, 2, true), (true, 0), "it was of no model from the start");
     }
@@ -787,8 +787,8 @@ mod tests {
             let args = asked(["--model", model.path().to_str().expect("UTF-8")]);
             Solve::new(&args).expect("it makes sense").limits()
         };
-        assert_eq!(limits(beware::DENSE), None);
-        assert!(limits(beware::DENSE + 1).is_some_and(|text| text.starts_with("of 65 unknowns, more than 64, ")));
+        assert_eq!(limits(equation::DENSE), None);
+        assert!(limits(equation::DENSE + 1).is_some_and(|text| text.starts_with("of 65 unknowns, more than 64, ")));
     }
 
     #[test]

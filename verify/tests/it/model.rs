@@ -66,11 +66,7 @@ fn van_der_pol_is_the_built_in_problem() {
 /// A rotation is none, however large its matrix is in the units of the user.
 #[test]
 fn a_model_is_stiff_by_its_fastest_decay() {
-    let is_stiff = |text: &str, t_end: f64| {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), text).expect("writable");
-        Model::load(file.path(), &[], Some(t_end)).expect("a model").is_stiff()
-    };
+    let is_stiff = |text: &str, t_end: f64| Model::of_text(text, &[], Some(t_end)).expect("a model").is_stiff();
     assert!(!is_stiff("u_i { x = 1, v = 0 } F_i { v, -400*x }", 10.0));
     assert!(!is_stiff("u_i { q = 1e-9, i = 0 } F_i { i, -1e6*i - 1e14*q }", 1e-6));
     assert!(is_stiff("u_i { q = 1e-9, i = 0 } F_i { i, -1e9*i - 1e14*q }", 1e-5));
@@ -95,10 +91,8 @@ fn predator_prey_has_the_derivatives_of_its_equations() {
 /// At zeros of the state entries are what they are, those that vanish and the others.
 #[test]
 fn the_jacobian_of_a_model_at_zeros_of_its_state_has_all_entries() {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
     let text = "u_i { x = 0, y = 0, z = 1 } F_i { 2 * y + x * z, 3 * z - x * y, -5 * x + y * y }";
-    fs::write(file.path(), text).expect("writable");
-    let model = Model::load(file.path(), &[], Some(2.0)).expect("a model");
+    let model = Model::of_text(text, &[], Some(2.0)).expect("a model");
     let field = model.field();
     for [x, y, z] in [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]] {
         let mut found = Jacobian::with_structure(3, &field.structure());
@@ -111,9 +105,8 @@ fn the_jacobian_of_a_model_at_zeros_of_its_state_has_all_entries() {
 /// The derivative of √t by the state is 0, at t = 0 too.
 #[test]
 fn a_forcing_whose_derivative_in_time_is_infinite_leaves_the_jacobian() {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-    fs::write(file.path(), "u_i { x = 1, y = 0 } F_i { -2 * x + sqrt(t), x * y }").expect("writable");
-    let model = Model::load(file.path(), &[], Some(2.0)).expect("a model");
+    let model =
+        Model::of_text("u_i { x = 1, y = 0 } F_i { -2 * x + sqrt(t), x * y }", &[], Some(2.0)).expect("a model");
     let (f, jacobian) = derivatives(&model, 0.0, &[1.0, 3.0]);
     agree(&f, &[-2.0, 3.0], 3.0);
     agree(&jacobian, &[-2.0, 0.0, 3.0, 1.0], 3.0);

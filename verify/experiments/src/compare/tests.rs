@@ -290,11 +290,13 @@ fn a_jump_of_f_is_not_resolved() {
 /// Wherever it is between two samples, a step of it.
 #[test]
 fn a_bound_knows_of_a_jump_of_f() {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
     for at in [0.4021, 0.9999, 1.9182, 3.9999] {
-        std::fs::write(file.path(), format!("u_i {{ c = 0.5 }} F_i {{ -c + 0.3*heaviside(t - {at}) }}"))
-            .expect("written");
-        let model = problem::model::Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let model = problem::model::Model::of_text(
+            &format!("u_i {{ c = 0.5 }} F_i {{ -c + 0.3*heaviside(t - {at}) }}"),
+            &[],
+            Some(4.0),
+        )
+        .expect("a model");
         let times = [1.0, 2.0, 3.0, 4.0];
         for h in [0.1, 1e-3] {
             let runs = Runs { h, order: 2.0, observed: None, earlier: None, is_settled: true, longer: None };
@@ -315,9 +317,7 @@ fn a_reference_that_methods_agree_against_is_in_doubt() {
         let runs = Runs { h: 0.1, order: 2.0, observed: None, earlier: None, is_settled: true, longer: None };
         Ok(Answer { states: vec![vec![value]], bound: 1e-3, astray: None, runs: is_method.then_some(runs) })
     };
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-    std::fs::write(file.path(), "u_i { x = 1 } F_i { 0*x }").expect("writable");
-    let model = problem::model::Model::load(file.path(), &[], None).expect("a model");
+    let model = problem::model::Model::of_text("u_i { x = 1 } F_i { 0*x }", &[], None).expect("a model");
     let doubted_to = |horizon: f64, problem: &dyn Problem, by: &str, values: &[f64]| {
         let references = [1.0, 1.0].into_iter().map(|value| ("reference", answer(value, false)));
         let methods = values.iter().map(|value| ("method", answer(*value, true)));
@@ -342,38 +342,43 @@ fn a_reference_that_methods_agree_against_is_in_doubt() {
     assert_eq!(doubted_on(&model, "exact", &[1.25, 1.2501, 1.2499]), 0);
     let drag = problem::build("linear-drag", &[]).expect("known");
     assert_eq!(doubted_on(&*drag, "diffsol-bdf", &[1.25, 1.2501, 1.2499]), 0);
-    std::fs::write(file.path(), "u_i { x = 1 } F_i { exp(-1e8*(t - 0.5003)*(t - 0.5003)) - x }").expect("writable");
-    let pulse = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    let pulse =
+        problem::model::Model::of_text("u_i { x = 1 } F_i { exp(-1e8*(t - 0.5003)*(t - 0.5003)) - x }", &[], Some(1.0))
+            .expect("a model");
     assert_eq!([1.25, 1.0].map(|value| doubted_on(&pulse, "diffsol-bdf", &[value])), [3, 0]);
     // Of what changes all the time steps see most; what acts at a place by less than a hundredth of the solution is not passed over.
-    std::fs::write(file.path(), "u_i { x = 1 } F_i { max(t*(1 - t), 0.0) - x }").expect("writable");
-    let hill = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    let hill = problem::model::Model::of_text("u_i { x = 1 } F_i { max(t*(1 - t), 0.0) - x }", &[], Some(1.0))
+        .expect("a model");
     assert_eq!(doubted_on(&hill, "diffsol-bdf", &[1.25]), 0);
-    std::fs::write(file.path(), "u_i { x = 1 } F_i { max((t - 6)*(8 - t), 0.0) - x }").expect("writable");
-    let late = problem::model::Model::load(file.path(), &[], Some(10.0)).expect("a model");
+    let late = problem::model::Model::of_text("u_i { x = 1 } F_i { max((t - 6)*(8 - t), 0.0) - x }", &[], Some(10.0))
+        .expect("a model");
     assert_eq!(doubted_to(10.0, &late, "diffsol-bdf", &[1.25]), 0);
-    std::fs::write(file.path(), "u_i { x = 0 } F_i { 1 + 10*heaviside(x - 0.50035)*heaviside(0.5005 - x) }")
-        .expect("writable");
-    let weak = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    let weak = problem::model::Model::of_text(
+        "u_i { x = 0 } F_i { 1 + 10*heaviside(x - 0.50035)*heaviside(0.5005 - x) }",
+        &[],
+        Some(1.0),
+    )
+    .expect("a model");
     assert_eq!(doubted_on(&weak, "diffsol-bdf", &[1.0]), 0);
     // Nor where a state is zero for a while.
     let late = "heaviside(t - 0.1)*(1 + 10*heaviside(x - 0.50035)*heaviside(0.5005 - x))";
-    std::fs::write(file.path(), format!("u_i {{ x = 0 }} F_i {{ {late} }}")).expect("writable");
-    let late = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    let late =
+        problem::model::Model::of_text(&format!("u_i {{ x = 0 }} F_i {{ {late} }}"), &[], Some(1.0)).expect("a model");
     assert_eq!(doubted_on(&late, "diffsol-bdf", &[1.0]), 0);
     // And by more it is: by a seventh of y, between two of a thousand states, in whatever units.
     for (unit, horizon) in [(1.0, 1.0), (1e-3, 10.0)] {
         let [rate, at, end, pulse] = [1.0 / horizon, 0.50035, 0.5005, 1000.0 / horizon].map(|x| x * unit);
         let f = format!("{rate}, {pulse}*heaviside(x - {at})*heaviside({end} - x)");
-        std::fs::write(file.path(), format!("u_i {{ x = 0, y = {unit} }} F_i {{ {f} }}")).expect("writable");
-        let strong = problem::model::Model::load(file.path(), &[], Some(horizon)).expect("a model");
+        let strong =
+            problem::model::Model::of_text(&format!("u_i {{ x = 0, y = {unit} }} F_i {{ {f} }}"), &[], Some(horizon))
+                .expect("a model");
         assert_eq!(doubted_to(horizon, &strong, "diffsol-bdf", &[1.0]), 3, "{unit}, {horizon}");
     }
     // Of hundreds of unknowns the runs that would tell take too long.
     let (n, pulse) = (LARGE + 1, "1000*heaviside(x - 0.50035)*heaviside(0.5005 - x)");
     let (u, f) = (format!("x = 0, y = 1, (2:{n}): z = 1"), format!("1, {pulse}, (2:{n}): 0.0"));
-    std::fs::write(file.path(), format!("u_i {{ {u} }} F_i {{ {f} }}")).expect("writable");
-    let many = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    let many =
+        problem::model::Model::of_text(&format!("u_i {{ {u} }} F_i {{ {f} }}"), &[], Some(1.0)).expect("a model");
     assert_eq!(doubted_on(&many, "diffsol-bdf", &[1.0]), 0);
 }
 
@@ -468,10 +473,9 @@ fn where_the_references_part_is_told_with_the_rate_and_the_last_time_before() {
 /// An explicit method with growing errors of its own, as `conventional` has, parts from the references where these agree.
 #[test]
 fn what_methods_differ_by_puts_no_reference_in_doubt() {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
     let of = |rate: &str, horizon: f64| {
-        std::fs::write(file.path(), format!("u_i {{ x = 1 }} F_i {{ {rate} }}")).expect("writable");
-        problem::model::Model::load(file.path(), &[], Some(horizon)).expect("a model")
+        problem::model::Model::of_text(&format!("u_i {{ x = 1 }} F_i {{ {rate} }}"), &[], Some(horizon))
+            .expect("a model")
     };
     let wrong: Box<dyn Method> =
         Box::new(Elsewhere(Box::leak(problem::build_setting("linear-drag lambda=1.1").expect("known"))));
@@ -595,9 +599,7 @@ fn an_adaptive_answer_is_far_more_accurate_than_its_bound() {
 /// Of a model a step is a thousandth of the time at most, and of the finer run half of that; both are shorter than v̇ = −v needs.
 #[test]
 fn the_steps_of_a_finer_answer_are_half_as_long_where_none_may_be_long() {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-    std::fs::write(file.path(), "u_i { v = 1 } F_i { -v }").expect("writable");
-    let problem = problem::model::Model::load(file.path(), &[], None).expect("a model");
+    let problem = problem::model::Model::of_text("u_i { v = 1 } F_i { -v }", &[], None).expect("a model");
     let method = named("radau-adaptive");
     let Ok(answer) = by_tolerance(&problem, &*method, &[1.0]) else { panic!("it runs") };
     let finer = method.tightened(100.0).expect("adaptive");
@@ -678,11 +680,11 @@ fn what_has_left_the_truth_before_it_fails_has_gone_astray() {
 /// Of hundreds of unknowns steps are dear.
 #[test]
 fn a_large_system_is_run_in_longer_steps_first() {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
     let times = [0.5, 1.0];
     let steps = |unknowns: usize| {
-        std::fs::write(file.path(), format!("u_i {{ (0:{unknowns}): x = 1 }} F_i {{ 0*x_i }}")).expect("writable");
-        let model = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+        let model =
+            problem::model::Model::of_text(&format!("u_i {{ (0:{unknowns}): x = 1 }} F_i {{ 0*x_i }}"), &[], Some(1.0))
+                .expect("a model");
         let answer = by_method(&model, &*named("rk4"), &times, None);
         (1.0 / answer.ok().and_then(|answer| answer.runs).expect("it runs").h).round()
     };
@@ -796,9 +798,7 @@ fn a_wide_bound_is_no_failure_that_was_declared() {
 /// As the truth may be off too.
 #[test]
 fn the_bound_beside_a_difference_is_that_of_both_solutions() {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-    std::fs::write(file.path(), "u_i { x = 1 } F_i { -x*x }").expect("writable");
-    let model = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    let model = problem::model::Model::of_text("u_i { x = 1 } F_i { -x*x }", &[], Some(1.0)).expect("a model");
     let found = compare("model", &model, Vec::new(), &[]);
     let (limit, times) = (model.limit(Principle::Equation), sample_times(found.horizon));
     let bound = |name: &str| Some(by_reference(reference::by_name(name)?, &model, &limit, &times).ok()?.bound);

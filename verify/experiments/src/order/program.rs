@@ -549,9 +549,9 @@ mod tests {
     /// To within two roundings of each component, whatever its size.
     #[test]
     fn a_start_elsewhere_is_told() {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), "u_i { z = 0, x = 1000, y = 0.001 } F_i { z, x, y }").expect("written");
-        let model = crate::problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+        let model =
+            crate::problem::model::Model::of_text("u_i { z = 0, x = 1000, y = 0.001 } F_i { z, x, y }", &[], Some(1.0))
+                .expect("a model");
         let program = Program::new("none", Duration::from_secs(1)).expect("a command");
         let (request, ladder) = (Request::default(), Ladder::default());
         let (limit, names) = (model.limit(Principle::Equation), component_names(&model));

@@ -134,9 +134,7 @@ mod tests {
     use crate::problem::model::Model;
 
     fn model(f: &str) -> Model {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), format!("u_i {{ x = 1, y = 0 }} F_i {{ {f} }}")).expect("written");
-        Model::load(file.path(), &[], Some(4.0)).expect("a model")
+        Model::of_text(&format!("u_i {{ x = 1, y = 0 }} F_i {{ {f} }}"), &[], Some(4.0)).expect("a model")
     }
 
     #[test]

@@ -156,9 +156,7 @@ mod tests {
     use crate::problem::model::Model;
 
     fn jumps(text: &str, ways: &[[f64; 2]], v: [f64; 2]) -> Vec<Option<f64>> {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), text).expect("written");
-        let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let model = Model::of_text(text, &[], Some(4.0)).expect("a model");
         let mut jumps = Jumps::new(&model).expect("one unknown");
         let found = ways.iter().map(|[a, b]| jumps.between((*a, &[v[0]]), (*b, &[v[1]])).map(|jump| jump.size()));
         found.collect()
@@ -167,10 +165,8 @@ mod tests {
     /// By its own size: 1 beside a smooth component of 10⁵ that turns on the way, by 150 in the first half and by a third of that in the second.
     #[test]
     fn a_jump_is_found_beside_a_larger_component() {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
         let f = "1000000*(t - 0.5125)*(t - 0.5125), heaviside(t - 0.5133)";
-        std::fs::write(file.path(), format!("u_i {{ x = 0, y = 0 }} F_i {{ {f} }}")).expect("written");
-        let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let model = Model::of_text(&format!("u_i {{ x = 0, y = 0 }} F_i {{ {f} }}"), &[], Some(4.0)).expect("a model");
         let mut jumps = Jumps::new(&model).expect("two unknowns");
         jumps.start(0.0, &[0.0; 2]);
         let jump = jumps.between((0.5, &[0.0; 2]), (0.52, &[0.0; 2])).expect("it jumps");
@@ -180,9 +176,7 @@ mod tests {
     /// x² − y² vanishes where x = y, but for a rounding of y.
     #[test]
     fn roundings_of_what_cancels_are_no_jump() {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), "u_i { x = 0.7, y = 0.7 } F_i { -x, x*x - y*y }").expect("written");
-        let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let model = Model::of_text("u_i { x = 0.7, y = 0.7 } F_i { -x, x*x - y*y }", &[], Some(4.0)).expect("a model");
         let mut jumps = Jumps::new(&model).expect("two unknowns");
         assert_eq!(jumps.between((0.9, &[0.7; 2]), (1.0, &[0.7, 0.7_f64.next_up()])), None);
         assert!(jumps.largest[1] > 0.0, "it does not vanish");
@@ -191,10 +185,9 @@ mod tests {
     /// What f changes by in a step is compared with what it changed by in the last one.
     #[test]
     fn a_step_may_hold_a_jump_where_f_changes_by_more_than_in_the_last() {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), "u_i { x = 0 } F_i { t + heaviside(t - 0.35) + heaviside(t - 0.45) }")
-            .expect("written");
-        let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let model =
+            Model::of_text("u_i { x = 0 } F_i { t + heaviside(t - 0.35) + heaviside(t - 0.45) }", &[], Some(4.0))
+                .expect("a model");
         let mut jumps = Jumps::new(&model).expect("one unknown");
         jumps.start(0.0, &[0.0]);
         let mut may = |k: u32| jumps.may_be_before(0.1 * f64::from(k), &[0.0]);
@@ -209,10 +202,8 @@ mod tests {
 
     #[test]
     fn jumps_of_a_run_add_up_however_far_apart_its_states_are() {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
         let f = "-c + 0.3*heaviside(t - 0.12587) - 0.1*heaviside(t - 2.5)";
-        std::fs::write(file.path(), format!("u_i {{ c = 0.5 }} F_i {{ {f} }}")).expect("written");
-        let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let model = Model::of_text(&format!("u_i {{ c = 0.5 }} F_i {{ {f} }}"), &[], Some(4.0)).expect("a model");
         let found = Jumps::new(&model).expect("one unknown").sum(&[0.0, 2.0, 4.0], &[vec![0.5], vec![0.3], vec![0.2]]);
         assert!((found - 0.4).abs() < 1e-3, "{found}");
     }

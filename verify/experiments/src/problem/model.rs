@@ -159,7 +159,18 @@ impl Model {
     pub fn load(path: &Path, set: &[(String, String)], horizon: Option<f64>) -> Result<Self, ModelError> {
         let code = std::fs::read_to_string(path).map_err(|source| ModelError::Read { path: path.into(), source })?;
         // A mark of the byte order is no text.
-        let code = code.strip_prefix('\u{feff}').unwrap_or(&code);
+        Self::named(path, code.strip_prefix('\u{feff}').unwrap_or(&code), set, horizon)
+    }
+
+    /// Compiles a text as [`Model::load`] does a file.
+    ///
+    /// # Errors
+    /// As [`Model::load`] has, of a file called `model`.
+    pub fn of_text(text: &str, set: &[(String, String)], horizon: Option<f64>) -> Result<Self, ModelError> {
+        Self::named(Path::new("model"), text, set, horizon)
+    }
+
+    fn named(path: &Path, code: &str, set: &[(String, String)], horizon: Option<f64>) -> Result<Self, ModelError> {
         let horizon = horizon.unwrap_or(HORIZON);
         if !(horizon > 0.0 && horizon.is_finite()) {
             return Err(ModelError::Horizon(horizon));

@@ -437,9 +437,8 @@ mod tests {
     fn an_equation_that_no_solver_follows_to_the_end_is_told() {
         let method = method::parse("rk4").expect("registered");
         let told = |f: &str, ends: &[f64]| {
-            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-            std::fs::write(file.path(), format!("u_i {{ v = 1 }} F_i {{ {f} }}")).expect("writable");
-            let model = verify::problem::model::Model::load(file.path(), &[], None).expect("a model");
+            let model = verify::problem::model::Model::of_text(&format!("u_i {{ v = 1 }} F_i {{ {f} }}"), &[], None)
+                .expect("a model");
             let mut beside = Beside::default();
             let v = |t: f64| if f == "1" { 1.0 + t } else { (1.0 - 0.5 * t).max(0.0).powi(2) };
             ends.iter().for_each(|end| beside.add(*end, &[v(*end)], Some(1e-9)));

@@ -37,9 +37,7 @@ pub(super) fn jacobian(problem: &dyn Problem, t: f64, v: &[f64]) -> DMatrix<f64>
 /// A model of this text.
 #[cfg(test)]
 pub(super) fn model(text: &str) -> verify::problem::model::Model {
-    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-    std::fs::write(file.path(), text).expect("writable");
-    verify::problem::model::Model::load(file.path(), &[], None).expect("a model")
+    verify::problem::model::Model::of_text(text, &[], None).expect("a model")
 }
 
 #[cfg(test)]

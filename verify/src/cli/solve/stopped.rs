@@ -182,13 +182,7 @@ fn jump(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> Option<(f64, us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use verify::problem::model::Model;
-
-    fn model(text: &str) -> Model {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), text).expect("writable");
-        Model::load(file.path(), &[], None).expect("a model")
-    }
+    use crate::cli::solve::equation::model;
 
     /// v' turns by 1 where x, which goes on at a rate of 1, comes to 0.3; a change over 10⁻³ is none, nor one beyond one and a half steps.
     #[test]

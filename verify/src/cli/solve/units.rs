@@ -68,7 +68,6 @@ mod tests {
     #[test]
     fn units_are_named_where_a_step_goes_right_in_others() {
         let from = |state: &[f64], h: f64, k: usize, rates: &str, name: &str| {
-            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
             let (starts, rests) =
                 ((2..state.len()).map(|k| format!(", w{k} = 0")), (2..state.len()).map(|k| format!(", -w{k}")));
             let text = format!(
@@ -76,8 +75,7 @@ mod tests {
                 starts.collect::<String>(),
                 rests.collect::<String>()
             );
-            std::fs::write(file.path(), text).expect("writable");
-            let problem = Model::load(file.path(), &[], None).expect("a model");
+            let problem = Model::of_text(&text, &[], None).expect("a model");
             let method = method::parse(name).expect("registered");
             unlike(&problem, &*method, (0.0, state), h, k)
         };

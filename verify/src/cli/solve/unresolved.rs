@@ -210,9 +210,7 @@ mod tests {
 
     /// A run of `steps` steps of 1, of those that a run to `t_end` has, along which x is 0, with x' = `rate`.
     fn followed<T>(rate: &str, order: u32, (steps, t_end): (u32, f64), told: impl Fn(&Forcing) -> T) -> T {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), format!("u_i {{ x = 0 }} F_i {{ {rate} }}")).expect("writable");
-        let problem = Model::load(file.path(), &[], Some(t_end)).expect("a model");
+        let problem = Model::of_text(&format!("u_i {{ x = 0 }} F_i {{ {rate} }}"), &[], Some(t_end)).expect("a model");
         let mut forcing = Forcing::new(&problem, order, t_end);
         (0..=steps).for_each(|k| forcing.add(f64::from(k), &[0.0]));
         told(&forcing)
@@ -252,11 +250,9 @@ mod tests {
     #[test]
     fn a_large_system_has_a_panel_in_each_step() {
         let looked = |n: usize| {
-            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
             let entries = |entry: &str| vec![entry; n].join(", ");
             let text = format!("u_i {{ {} }} F_i {{ {} }}", entries("1"), entries("cos(t)"));
-            std::fs::write(file.path(), text).expect("writable");
-            let problem = Model::load(file.path(), &[], Some(10.0)).expect("a model");
+            let problem = Model::of_text(&text, &[], Some(10.0)).expect("a model");
             let mut forcing = Forcing::new(&problem, 2, 10.0);
             (0..=10).for_each(|k| forcing.add(f64::from(k), &vec![1.0; n]));
             (VALUES - forcing.left) / n as f64
@@ -302,9 +298,8 @@ mod tests {
     #[test]
     fn what_is_missed_does_not_depend_on_the_unit_of_time() {
         let largest = |rate: &str, h: f64| {
-            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-            std::fs::write(file.path(), format!("u_i {{ x = 0 }} F_i {{ ({rate})/{h} }}")).expect("writable");
-            let problem = Model::load(file.path(), &[], Some(20.0 * h)).expect("a model");
+            let problem = Model::of_text(&format!("u_i {{ x = 0 }} F_i {{ ({rate})/{h} }}"), &[], Some(20.0 * h))
+                .expect("a model");
             let mut forcing = Forcing::new(&problem, 4, 20.0 * h);
             (0..=20).for_each(|k| forcing.add(h * f64::from(k), &[0.0]));
             [forcing.largest, (forcing.missed[0].t / h).fract()]
@@ -328,11 +323,10 @@ mod tests {
     #[test]
     fn of_a_large_system_nothing_is_forgotten() {
         let largest = |n: usize| {
-            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
             let rates = (0..n).map(|k| format!("-9*x{k} + cos(6.283185307179586*t)")).collect::<Vec<_>>().join(", ");
             let start = (0..n).map(|k| format!("x{k} = 0")).collect::<Vec<_>>().join(", ");
-            std::fs::write(file.path(), format!("u_i {{ {start} }} F_i {{ {rates} }}")).expect("writable");
-            let problem = Model::load(file.path(), &[], Some(10.0)).expect("a model");
+            let problem =
+                Model::of_text(&format!("u_i {{ {start} }} F_i {{ {rates} }}"), &[], Some(10.0)).expect("a model");
             let mut forcing = Forcing::new(&problem, 4, 10.0);
             (0..=10).for_each(|k| forcing.add(f64::from(k), &vec![0.0; n]));
             forcing.largest

@@ -133,9 +133,7 @@ mod tests {
     use crate::problem::model::Model;
 
     fn load(text: &str) -> Result<Model, String> {
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), text).expect("written");
-        Model::load(file.path(), &[], None).map_err(|error| error.to_string())
+        Model::of_text(text, &[], None).map_err(|error| error.to_string())
     }
 
     /// f, ∂f/∂v, and whether f is linear, at t = 0.3 and a state.
