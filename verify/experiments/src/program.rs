@@ -390,6 +390,10 @@ mod tests {
         // Times with one decimal are off by 0.05, and so is no last step of 0.3 from one of 0.35.
         let rounded = read(b"t,v\n0,1\n0.3,1\n0.7,1\n1.0,1\n", &columns()).expect("a table");
         assert_eq!(rounded.clipped(0.35), None);
+        let clipped = |text: &str, h: f64| read(text.as_bytes(), &columns()).expect("a table").clipped(h);
+        assert_eq!(clipped("t,v\n0,1\n0.2,1\n0.4,1\n0.5,1\n", 0.2), None, "0.1 may be 0.2");
+        assert_eq!(clipped("t,v\n0,1\n0.50,1\n1.00,1\n", 0.5), None, "the last is whole");
+        assert_eq!(clipped("t,v\n0,1\n0.30,1\n", 0.5), None, "a step alone is as long as it is");
         for (text, line) in [
             ("t,v\n0,1\n1,NaN\n", 3),
             ("t,v\n0,1\n1,two\n", 3),
@@ -404,6 +408,27 @@ mod tests {
         assert_eq!(read(b"t,v\n", &columns()), Err(ProgramError::Empty));
         assert_eq!(read(b"", &columns()), Err(ProgramError::Empty));
         assert!(read(&[0xff, b'\n', 0xfe], &columns()).is_err());
+    }
+
+    /// The floats beside 3.3 are 2⁻²² apart, and numbers of single precision stand on one of them.
+    #[test]
+    fn numbers_are_of_single_precision_as_far_as_their_digits_tell() {
+        let seen = |value: f64, half: f64| {
+            let mut single = Single::default();
+            single.see(value, half);
+            single
+        };
+        let (float, spacing) = (f64::from(3.3_f32), 2_f64.powi(-22));
+        assert_eq!(seen(float, 1e-12), Single { bits: -(2e-12 / spacing).log2(), refuted: false });
+        assert_eq!(seen(float, 0.0).bits, -(2.0 * f64::EPSILON * float / spacing).log2(), "a double has no more digits");
+        assert_eq!(seen(float, 1.0).bits, 0.0);
+        // By half a unit of its last digit it may have been rounded.
+        let half = 2_f64.powi(-30);
+        assert!(!seen(float + half, half).refuted && seen(float + 2.0 * half, half).refuted);
+        // 1 + 2⁻¹¹ ends in twelve zeros, 1 + 2⁻¹² in eleven.
+        assert_eq!([-11, -12].map(|k| seen(1.0 + 2_f64.powi(k), 1e-12).bits > 0.0), [false, true]);
+        let both = seen(float, 1e-12).with(seen(3.3, 1e-12));
+        assert!(both.refuted && both.bits > seen(float, 1e-12).bits);
     }
 
     /// 1.01, 1.0025 and 1.00015625 by `%.15g`: a short number is exact beside a longer one of another run.
