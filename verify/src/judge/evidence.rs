@@ -159,6 +159,8 @@ pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cel
 
 #[cfg(test)]
 mod tests {
+    use super::super::file::MethodFile;
+    use super::super::{Effort, Judgement};
     use super::*;
 
     #[test]
@@ -166,5 +168,13 @@ mod tests {
         let figure = region(4.0, |z| (1.0 + z).norm());
         let [panel] = &figure.panels[..] else { panic!("one panel") };
         assert_eq!([&panel.x.label, &panel.y.label], ["Re z", "Im z"]);
+    }
+
+    #[test]
+    fn errors_are_drawn_against_steps() {
+        let file = MethodFile::parse("m.toml", "m", "a = [[0]]\nb = [1]\n").expect("well-formed");
+        let figure = Judgement::new(file, Effort::Theory).orders_figure();
+        let [panel] = &figure.panels[..] else { panic!("one panel") };
+        assert_eq!([&panel.x, &panel.y].map(|axis| (axis.label.as_str(), axis.log)), [("h", true), ("error", true)]);
     }
 }

@@ -537,4 +537,10 @@ mod tests {
             assert_eq!(said(text).contains("or c is meant so"), is_meant, "{text}: {}", said(text));
         }
     }
+
+    #[test]
+    fn a_number_is_told_to_the_decimals_that_its_uncertainty_leaves() {
+        let told = |radius: f64, decimals: usize| told(&Real::double(12.3456).widened(radius), decimals);
+        assert_eq!([told(0.0, 3), told(0.1, 4), told(1e-6, 2), told(20.0, 3)], ["1.235e1", "1.23e1", "1.23e1", "1e1"]);
+    }
 }
