@@ -726,4 +726,36 @@ mod tests {
             }
         }
     }
+
+    /// R of Gauss' method of seven stages, from X with ½ and three diagonals (\[HW96\] IV.5): with T e₁ = (1, …, 1) it is that of A = T X T⁻¹
+    /// and b = e₁.
+    #[test]
+    fn orders_are_looked_for_as_far_as_a_method_of_so_many_stages_may_have_them() {
+        const STAGES: usize = 7;
+        let ratio = |n: i64, d: i64| &Real::from(n) / &Real::from(d);
+        let x = |i: usize, j: usize| match (i, j) {
+            (0, 0) => ratio(1, 2),
+            (i, j) if j == i + 1 => Real::from(-1),
+            (i, j) if i == j + 1 => ratio(1, 4 * (4 * (i * i) as i64 - 1)),
+            _ => Real::zero(),
+        };
+        // T adds the first row to all others, and T⁻¹ subtracts all other columns from the first.
+        let columns = |i: usize| {
+            let rest: Real = (1..STAGES).map(|j| x(i, j)).sum();
+            std::iter::once(&x(i, 0) - &rest)
+                .chain((1..STAGES).map(|j| x(i, j)).collect::<Vec<_>>())
+                .collect::<Vec<_>>()
+        };
+        let first = columns(0);
+        let row = |i: usize| match i {
+            0 => first.clone(),
+            i => columns(i).iter().zip(&first).map(|(entry, above)| entry + above).collect(),
+        };
+        let a: Vec<Vec<Real>> = (0..STAGES).map(row).collect();
+        let b: Vec<Real> = (0..STAGES).map(|i| Real::from(i64::from(i == 0))).collect();
+        let numbers = Numbers { c: crate::judge::tableau::row_sums(&a), a, b, b_hat: None };
+        let orders = StabilityFunction::new(&numbers, &numbers.b).linear_orders(&numbers, &numbers.b);
+        assert!(matches!(orders.solution, SeriesOrder::Leading(14, _)), "{orders:?}");
+        assert_eq!(orders.dissipation, SeriesOrder::Vanishing);
+    }
 }

@@ -726,12 +726,17 @@ mod tests {
         assert_eq!((timed(right, right), timed(wrong, wrong)), (0, 0));
     }
 
-    /// Its adjoint has the stages of the other index, with their weights: p moves by the second one there.
+    /// Its adjoint has the same stages, each with the index after its own, and so with the weight of another.
     #[test]
     fn a_method_with_the_stages_of_its_adjoint_and_other_weights_is_not_symmetric() {
-        let text =
-            "kind = 'nystrom'\na = [[1, 2], ['7/4', '5/4']]\nb_bar = ['1/4', '1/4']\nb = [1, 0]\nc = ['1/2', '1/2']\n";
-        assert!(!theory(text).symmetric);
+        let nystrom = "kind = 'nystrom'\nc = ['1/2', '1/2', '1/2']\nb_bar = ['1/6', '1/3', 0]\nb = ['1/2', '1/3', '1/6']\n\
+                       a = [['1/6', '1/2', 0], ['1/12', '1/4', '1/3'], ['5/12', '1/6', '1/12']]\n";
+        let pair = "kind = 'partitioned-runge-kutta'\nsystems = 'separable'\n\
+                    a = [['1/6', '1/3', 0], [0, 0, 0], [0, 0, 0]]\nb = ['1/2', '1/3', '1/6']\n\
+                    a_hat = [['1/2', 0, 0], ['1/2', 0, 0], ['1/2', 0, 0]]\nb_hat = [1, 0, 0]\n";
+        for text in [nystrom, pair] {
+            assert!(!theory(text).symmetric, "{text}");
+        }
     }
 
     /// p − νq/2, then q by it, then p by the q that it leads to.
