@@ -223,3 +223,19 @@ impl Plan {
         Ok(Self { problem, longer: Vec::new(), order, from })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::MethodFile;
+
+    #[test]
+    fn a_method_of_order_zero_steps_no_mechanics() {
+        for (weight, steps) in [(1, true), (2, false)] {
+            let text = format!("a = [[0]]\nb = [{weight}]\n");
+            let theory = MethodFile::parse("m.toml", "m", &text).expect("well-formed").body.analyse(None, None);
+            assert_eq!(theory.steps_mechanics().is_ok(), steps);
+            // That is another question for methods of two parts alone.
+            assert_eq!(theory.order_where_separable(), None);
+        }
+    }
+}

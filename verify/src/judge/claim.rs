@@ -258,4 +258,18 @@ mod tests {
         assert_eq!([of("-0.5", -0.52, 0.0).0, of("0.0", -0.02, 0.0).0], [Outcome::Fail; 2]);
         assert_eq!(Printed::parse("2.80").expect("a number").to_string(), "2.80");
     }
+
+    #[test]
+    fn a_bound_is_positive_and_no_larger_than_makes_sense() {
+        let is_claim = |text: &str| Claim::parse(text).is_ok();
+        for text in ["A(0)-stable", "A(90)-stable", "stable on the imaginary axis to 2.8"] {
+            assert!(is_claim(text), "{text}");
+        }
+        for text in ["A(91)-stable", "A(-1)-stable"] {
+            assert!(!is_claim(text), "{text}");
+        }
+        for bound in ["0", "-1", "2e6"] {
+            assert!(!is_claim(&format!("stable on the imaginary axis to {bound}")), "{bound}");
+        }
+    }
 }

@@ -158,4 +158,97 @@ mod tests {
         lagrangian.gradient_q(0.0, q, v, &mut forces, &mut momenta);
         assert_eq!(counted.count(), 4);
     }
+
+    /// v̇ = M⁻¹v and L = 0, with nothing said of them that is said of any.
+    struct Known(bool);
+
+    fn lower() -> Structure {
+        Structure::Banded { lower: 1, upper: 0 }
+    }
+
+    impl VectorField for Known {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            lower()
+        }
+        fn mass(&self) -> Mass {
+            Mass::Diagonal(vec![2.0, 3.0])
+        }
+        fn is_linear(&self) -> bool {
+            self.0
+        }
+        fn is_autonomous(&self) -> bool {
+            self.0
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            dv.copy_from_slice(v);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            (0..2).for_each(|k| out.add(k, k, scale));
+        }
+    }
+
+    impl Lagrangian for Known {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            lower()
+        }
+        fn value(&self, _t: f64, _q: &[f64], _v: &[f64]) -> f64 {
+            0.0
+        }
+        fn gradient(&self, _t: f64, _q: &[f64], _v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+            dl_dq.fill(0.0);
+            dl_dv.fill(0.0);
+        }
+        fn add_hessian(&self, _t: f64, _q: &[f64], _v: &[f64], _c: HessianWeights, _out: &mut Jacobian) {}
+    }
+
+    #[test]
+    fn what_is_said_of_a_field_is_said_of_a_counted_one() {
+        for yes in [true, false] {
+            let (inner, count) = (Known(yes), AtomicU64::new(0));
+            let field = Counting { inner, count: &count };
+            assert_eq!((VectorField::dim(&field), VectorField::structure(&field)), (2, lower()));
+            assert!(matches!(field.mass(), Mass::Diagonal(entries) if entries == [2.0, 3.0]));
+            assert_eq!((field.is_linear(), field.is_autonomous()), (yes, yes));
+            assert_eq!((Lagrangian::dim(&field), Lagrangian::structure(&field)), (2, lower()));
+        }
+    }
+
+    /// Of a motion that is no solution, so that nothing vanishes.
+    #[test]
+    fn derivatives_of_a_counted_problem_are_those_of_the_problem() {
+        for (name, is_separable) in [("henon-heiles", true), ("double-pendulum", false)] {
+            let problem = problem::build(name, &[]).expect("registered");
+            let counted = Counted::new(&*problem);
+            let state = [0.3, -0.2, 0.5, 0.4];
+            let curvature = |problem: &dyn Problem| {
+                let field = problem.field();
+                let mut out = Jacobian::with_structure(4, &field.structure());
+                field.add_curvature(0.0, &state, &[1.0, 2.0, 3.0, 4.0], 1.0, &mut out);
+                out
+            };
+            assert_eq!(curvature(&counted), curvature(&*problem), "{name}");
+            assert_ne!(curvature(&counted), Jacobian::with_structure(4, &problem.field().structure()), "{name}");
+            let of_lagrangian = |problem: &dyn Problem| {
+                let lagrangian = problem.mechanics().expect("it is mechanical").lagrangian;
+                assert_eq!(lagrangian.is_separable(), is_separable, "{name}");
+                let (q, v) = state.split_at(2);
+                let none = || Jacobian::with_structure(2, &lagrangian.structure());
+                let mut blocks = [none(), none(), none(), none()];
+                lagrangian.add_blocks(0.0, q, v, blocks.each_mut());
+                let (mut residual, mut derivative) = (vec![0.0; 2], none());
+                lagrangian.residual(0.0, q, v, &[0.7, 0.6], &mut residual);
+                let weights = MotionWeights { q: 1.0, v: 2.0, a: 3.0 };
+                lagrangian.add_residual_derivative(0.0, q, v, &[0.7, 0.6], weights, &mut derivative);
+                assert!(derivative != none() && blocks[0] != none() && residual[0] != 0.0, "{name}");
+                (blocks, residual, derivative)
+            };
+            assert_eq!(of_lagrangian(&counted), of_lagrangian(&*problem), "{name}");
+        }
+    }
 }

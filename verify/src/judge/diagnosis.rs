@@ -383,4 +383,36 @@ mod tests {
             assert_eq!(repairs.len(), kept, "{all:?}");
         }
     }
+
+    /// Its order is 2, and 1 with the times of c: a label of 1 is too low without them alone.
+    #[test]
+    fn a_label_that_is_right_in_time_is_not_too_low() {
+        let found = |c: &str, claimed: u32| {
+            let text = format!(
+                "kind = 'partitioned-runge-kutta'\n{c}a = [[0, 0], ['1/2', '1/2']]\nb = ['1/2', '1/2']\n\
+                 a_hat = [['1/2', 0], ['1/2', 0]]\nb_hat = ['1/2', '1/2']\n"
+            );
+            Diagnosis::of_label(&*file(&text).body.analyse(Some(claimed), None), Some(claimed))
+        };
+        let times = "c = ['1/4', '2/3']\n";
+        for sound in [found(times, 1), found(times, 2), found("", 2)] {
+            assert!(matches!(sound, Diagnosis::Sound), "{sound:?}");
+        }
+        assert!(matches!(found("", 1), Diagnosis::LabelTooLow { order: 2 }));
+    }
+
+    /// Ruth's three steps in turn, with c the sums of the rows of a.
+    #[test]
+    fn an_order_on_separable_systems_is_told_beside_times_that_are_right() {
+        for c in ["", "c = [1, '1/3', 1]\n"] {
+            let text = format!(
+                "kind = 'partitioned-runge-kutta'\n{c}a = [[1, 0, 0], [1, '-2/3', 0], [1, '-2/3', '2/3']]\nb = [1, '-2/3', '2/3']\n\
+                 a_hat = [[0, 0, 0], ['-1/24', 0, 0], ['-1/24', '3/4', 0]]\nb_hat = ['-1/24', '3/4', '7/24']\n"
+            );
+            let file = file(&text);
+            let theory = file.body.analyse(Some(3), None);
+            let found = Diagnosis::of_system(&file.body, &*theory, Some(3));
+            assert!(theory.order() < 3 && matches!(found, Diagnosis::Separable { order: 3 }), "{c}{found:?}");
+        }
+    }
 }

@@ -112,3 +112,56 @@ fn candidates(system: &dyn System, entries: &[(Place, &Coefficient)]) -> Vec<Can
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::MethodFile;
+    use super::*;
+
+    /// a₂₂ makes row 2 one of a diagonal, and the other zeros on and above that of a stay where they are.
+    #[test]
+    fn entries_of_a_row_are_exchanged_below_the_diagonal_and_rows_with_their_times_and_without() {
+        let text = "kind = 'partitioned-runge-kutta'\nc = [0, '1/3', '1/4']\n\
+                    a = [[0, 0, 0], [0, '1/3', 0], ['1/4', 0, 0]]\nb = ['1/6', '1/3', '1/2']\n\
+                    a_hat = [[0, 0, 0], ['1/5', 0, 0], ['1/7', 0, 0]]\nb_hat = ['1/6', '1/3', '1/2']\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let system = file.body.system(1).expect("it has conditions");
+        let entries = system.entries();
+        let found = candidates(&*system, &entries);
+        let names = |of: &str| -> Vec<String> {
+            found.iter().map(|it| it.names.join(" ↔ ")).filter(|names| names.starts_with(of)).collect()
+        };
+        assert_eq!(names("a["), ["a[2,1] ↔ a[2,2]", "a[3,1] ↔ a[3,2]"]);
+        assert_eq!(names("a_hat["), ["a_hat[3,1] ↔ a_hat[3,2]"]);
+        assert_eq!(names("b["), ["b[1] ↔ b[2]", "b[1] ↔ b[3]", "b[2] ↔ b[3]"]);
+        let rows: Vec<_> = found.iter().filter(|it| it.names[0].ends_with(" of a")).collect();
+        let named: Vec<_> = rows.iter().map(|it| (it.names.join(" ↔ "), it.with_c)).collect();
+        let both = |names: &str| [true, false].map(|with_c| (names.to_owned(), with_c));
+        let pairs = [both("row 1 of a ↔ row 2 of a"), both("row 1 of a ↔ row 3 of a"), both("row 2 of a ↔ row 3 of a")];
+        assert_eq!(named, pairs.concat());
+        let last = rows[0].swaps.last().map(|&(k, l)| [k, l].map(|k| entries[k].0));
+        assert_eq!(last, Some([Place::In("c", 0), Place::In("c", 1)]));
+    }
+
+    #[test]
+    fn entries_of_opposite_signs_are_exchanged() {
+        let text = "kind = 'multistep'\nrho = [1, -1]\nsigma = ['1/2', '1/2']\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let system = file.body.system(2).expect("it has conditions");
+        let (_, found) = exchanges(&[&*system]).expect("there is one");
+        let [exchange] = &found[..] else { panic!("{found:?}") };
+        assert_eq!(exchange.names, ["rho[1]", "rho[2]"]);
+    }
+
+    #[test]
+    fn lists_are_looked_at_up_to_the_longest() {
+        let count = |length: usize| {
+            let list = |first: &str| format!("[{first}{}, 1]", ", 0".repeat(length - 2));
+            let text = format!("kind = 'multistep'\nrho = {}\nsigma = {}\n", list("-1"), list("0"));
+            let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+            let system = file.body.system(1).expect("it has conditions");
+            candidates(&*system, &system.entries()).len()
+        };
+        assert_eq!([LONGEST, LONGEST + 1].map(count), [LONGEST * (LONGEST - 1), 0]);
+    }
+}

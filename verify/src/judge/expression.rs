@@ -731,6 +731,8 @@ mod tests {
         // A double that lost its leading zeros to the exponent: 16 digits, 18 places.
         let double = of(Rounding::new(None, Some(18)), "0.008480655492356989");
         assert!((double / (0.5 * f64::EPSILON * 0.008480655492356989) - 1.0).abs() < 1e-9, "{double}");
+        // No double has 18 digits.
+        assert!((of(Rounding::new(None, Some(18)), "0.123456789012345678") / 5e-19 - 1.0).abs() < 1e-9);
         assert_eq!(Rounding::new(None, Some(3)).places(), None);
         assert_eq!(Rounding::new(Some(3), Some(3)).places(), Some(3));
     }
@@ -748,6 +750,10 @@ mod tests {
             ("9^99^99", 5, "too large"),
             ("9^(1/5)", 2, "whole numbers"),
             ("1e999", 0, "exponent"),
+            ("1e99*1e99", 0, "too large"),
+            ("sin(2000000)", 0, "too large"),
+            ("exp(101)", 0, "too large"),
+            ("1 + &", 4, "`&` is not expected here"),
         ] {
             let found = Expression::parse(text).and_then(|e| e.evaluate(Rounding::new(None, None))).expect_err(text);
             assert!(found.reason.contains(reason), "{text}: {found:?}");
@@ -775,6 +781,77 @@ mod tests {
         fn rationals_print_and_read_back(n in -100_000_i64..100_000, d in 1_i64..100_000) {
             let text = format!("{n}/{d}");
             prop_assert_eq!(real(&text).simplest(), Some(exact(&text).parse().expect("rational")));
+        }
+    }
+
+    /// 1767732205903/4055673282236 of Kennedy and Carpenter.
+    #[test]
+    fn fractions_that_stand_for_other_numbers_are_found_wherever_they_are() {
+        let long = "1767732205903/4055673282236";
+        let approximates = |text: &str| Expression::parse(text).expect(text).approximates();
+        for text in [long.into(), format!("-({long})"), format!("1/2 + {long}"), format!("{long} + 1/2")] {
+            assert!(approximates(&text), "{text}");
+        }
+        for text in ["1/2", "0.25/4055673282236", "pi", "1/0"] {
+            assert!(!approximates(text), "{text}");
+        }
+        let told = |approximates: bool| Rounding::new(None, None).with_approximants(approximates).told();
+        assert_eq!(told(true), "fractions p/q with q above 10^10 taken for numbers within 1/q^2");
+        assert_eq!(told(false), "coefficients taken as exact");
+    }
+
+    #[test]
+    fn radicands_are_whole_numbers_under_a_square_root() {
+        let mut found = Vec::new();
+        let text = "1/2 - sqrt(3)/6 + sqrt(1.5)*cbrt(5) + sqrt(2*sqrt(7))";
+        Expression::parse(text).expect(text).radicands(&mut found);
+        assert_eq!(found, [3, 7]);
+    }
+
+    #[test]
+    fn zero_has_powers_that_are_not_negative() {
+        assert_eq!((exact("0^0"), exact("0^2")), ("1".to_owned(), "0".to_owned()));
+        let error = Expression::parse("0^-1").expect("well-formed").evaluate(Rounding::new(None, None));
+        assert_eq!(error.expect_err("a pole").reason, "division by zero");
+    }
+
+    /// The slope of √x is 1/(2√x) and that of ∛x is 1/(3∛x²), above 4 and above 6 there.
+    #[test]
+    fn roots_of_small_numbers_are_as_uncertain_as_they_are_steep() {
+        let x = 0.0123_f64;
+        for (name, slope) in [("sqrt", 0.5 / x.sqrt()), ("cbrt", x.cbrt().powi(-2) / 3.0)] {
+            let expression = Expression::parse(&format!("{name}({x})")).expect("well-formed");
+            let radius = expression.evaluate(Rounding::new(Some(4), Some(4))).expect("positive").real.radius();
+            assert!(radius > 5e-5 * slope && radius < 3.1 * 5e-5 * slope, "{name}: {radius:e}");
+        }
+    }
+
+    /// e^{−1000} is no double.
+    #[test]
+    fn an_exponential_is_never_zero() {
+        let tiny = real("exp(-1000)");
+        assert!(tiny.may_be_zero() && !tiny.is_zero(), "{tiny:?}");
+    }
+
+    #[test]
+    fn brackets_one_after_another_are_not_nested() {
+        assert_eq!(exact(&vec!["(1)"; 50].join("+")), "50");
+    }
+
+    #[test]
+    fn a_number_has_two_hundred_digits_at_most() {
+        let text = |whole: usize, part: usize| format!("{}.{}", "0".repeat(whole), "3".repeat(part));
+        for (whole, part, is_read) in [(100, 100, true), (1, 199, true), (100, 101, false), (1, 200, false)] {
+            assert_eq!(Expression::parse(&text(whole, part)).is_ok(), is_read, "{whole} and {part}");
+        }
+    }
+
+    #[test]
+    fn places_are_those_after_the_point_as_it_is_moved_by_an_exponent() {
+        for (text, places) in
+            [("12", None), ("1e3", None), ("1e-3", Some(3)), ("1.25", Some(2)), ("1.25e1", Some(1)), ("1.5e3", Some(0))]
+        {
+            assert_eq!(Expression::parse(text).expect(text).places(), places, "{text}");
         }
     }
 }

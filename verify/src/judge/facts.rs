@@ -93,7 +93,7 @@ impl Judgement {
                      they stand they have order {order}.{}{}",
                     too_high(order),
                     self.sum_of_weights(),
-                    self.not_looked_for()
+                    not_looked_for(&self.file.body)
                 ))
             }
             Diagnosis::Coefficient { target, repairs } => {
@@ -162,7 +162,7 @@ impl Judgement {
                     "More than one coefficient is wrong: no change of a single one mends {of}{}.{}{}",
                     if holds { ", and the order on v̇ = f(t, v)" } else { ", and the order" },
                     self.sum_of_weights(),
-                    self.not_looked_for()
+                    not_looked_for(&self.file.body)
                 ))
             }
         }
@@ -181,16 +181,6 @@ impl Judgement {
         let has_rows = matches!(self.file.body, Body::RungeKutta(_)) || !self.theory.wrong_rows().is_empty();
         let sums = if has_rows { ", and all row sums hold" } else { "" };
         format!("the order is {}{embedded}{sums}", target.order)
-    }
-
-    /// What has not been looked for, where nothing was found.
-    fn not_looked_for(&self) -> String {
-        match &self.file.body {
-            Body::RungeKutta(tableau) if tableau.stages() > LONGEST => {
-                format!(" Exchanged entries are looked for up to {} stages only.", LONGEST)
-            }
-            _ => String::new(),
-        }
     }
 
     /// What the weights add up to, where that is not 1, or may be so for digits that were cut off.
@@ -308,6 +298,16 @@ pub(super) fn length(x: f64, open: f64) -> String {
     // The uncertainty to one digit, and no digit of the length beyond it.
     let places = (-open.log10().floor()).max(0.0) as usize;
     format!("{x:.places$} ± {open:.places$}")
+}
+
+/// What has not been looked for, where nothing was found.
+fn not_looked_for(body: &Body) -> String {
+    match body {
+        Body::RungeKutta(tableau) if tableau.stages() > LONGEST => {
+            format!(" Exchanged entries are looked for up to {LONGEST} stages only.")
+        }
+        _ => String::new(),
+    }
 }
 
 /// A number in so many decimals of its power of ten, or as many as its uncertainty leaves.
@@ -516,8 +516,7 @@ mod tests {
             let zeros = vec!["0"; stages].join(", ");
             let text = format!("a = [{}]\nb = [1{}]\n", vec![format!("[{zeros}]"); stages].join(", "), &zeros[1..]);
             let file = crate::judge::file::MethodFile::parse("m.toml", "m", &text).expect("a method");
-            let judgement = Judgement::new(file, crate::judge::Effort::Theory);
-            assert_eq!(!judgement.not_looked_for().is_empty(), is_said, "{stages}");
+            assert_eq!(!not_looked_for(&file.body).is_empty(), is_said, "{stages}");
         }
     }
 
@@ -536,5 +535,11 @@ mod tests {
         {
             assert_eq!(said(text).contains("or c is meant so"), is_meant, "{text}: {}", said(text));
         }
+    }
+
+    #[test]
+    fn a_number_is_told_to_the_decimals_that_its_uncertainty_leaves() {
+        let told = |radius: f64, decimals: usize| told(&Real::double(12.3456).widened(radius), decimals);
+        assert_eq!([told(0.0, 3), told(0.1, 4), told(1e-6, 2), told(20.0, 3)], ["1.235e1", "1.23e1", "1.23e1", "1e1"]);
     }
 }

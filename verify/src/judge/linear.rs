@@ -429,6 +429,7 @@ pub struct LinearOrders {
 mod tests {
     use super::*;
     use crate::judge::file::{Body, Shipped};
+    use crate::judge::tableau::Place;
 
     /// Phase and amplitude of R on the imaginary axis, where the leading errors are near 1e-8.
     #[test]
@@ -564,12 +565,14 @@ mod tests {
     /// |1 − x + x²/2| ≤ 1 up to 2, beyond which a third power that may be there would keep it so.
     #[test]
     fn an_end_that_a_lost_term_may_move_is_what_is_certain() {
-        let half = &Real::one() / &Real::from(2);
-        let terms = vec![Real::one(), Real::one(), half, Real::zero().widened(1.0)];
-        let Reach::Open { to } = StabilityFunction::of(terms, vec![Real::one()]).real_reach() else {
-            panic!("left open")
-        };
-        assert!((to - 2.0).abs() < 1e-9, "{to}");
+        for third in [1.0, 0.1] {
+            let half = &Real::one() / &Real::from(2);
+            let terms = vec![Real::one(), Real::one(), half, Real::zero().widened(third)];
+            let Reach::Open { to } = StabilityFunction::of(terms, vec![Real::one()]).real_reach() else {
+                panic!("left open")
+            };
+            assert!((to - 2.0).abs() < 1e-9, "{to}");
+        }
     }
 
     /// The same up to 2 where ½ is known to 0.01, so that the end is 1/0.51 at least, and with a third power of a hundredth: beyond the
@@ -651,5 +654,108 @@ mod tests {
             let [pole] = poles(apart)[..] else { panic!("{apart}") };
             assert!((pole + 1.0).norm() < 1e-12, "{pole}");
         }
+    }
+
+    /// |z|² of 9, and 7 more: √16 − 3 = 1.
+    #[test]
+    fn a_reach_of_squares_is_that_of_their_roots() {
+        let square = Reach::UpTo { end: 9.0, open: 7.0, witness: 16.0 };
+        assert_eq!(square.rooted(), Reach::UpTo { end: 3.0, open: 1.0, witness: 4.0 });
+        assert_eq!(Reach::Open { to: 9.0 }.rooted(), Reach::Open { to: 3.0 });
+        assert_eq!(Reach::Everything.rooted(), Reach::Everything);
+    }
+
+    /// (1 + az)/(1 + bz) → a/b.
+    #[test]
+    fn one_at_infinity_is_told_by_leading_coefficients_of_one_size() {
+        let is_told = |numerator: &[i64], denominator: &[i64]| {
+            let [n, d] = [numerator, denominator].map(|list| list.iter().map(|c| Real::from(*c)).collect::<Vec<_>>());
+            StabilityFunction::of(n, d).is_told_from_one_at_infinity()
+        };
+        assert_eq!(
+            [[1, 1], [1, -1], [1, 2], [2, -3]].map(|[a, b]| is_told(&[1, a], &[1, b])),
+            [false, false, true, true]
+        );
+        assert!(is_told(&[1], &[1, 1]) && is_told(&[1, 1], &[1]));
+    }
+
+    /// N = f(1 + z/s(1 + δ)) and D = 1 + z/s to twelve digits.
+    #[test]
+    fn whether_a_pole_is_cancelled_does_not_depend_on_the_units() {
+        for (factor, size) in [(1.0, 1.0), (1e3, 1.0), (1.0, 1e3)] {
+            let poles = |apart: f64| {
+                let line = |factor: f64, slope: f64| {
+                    vec![Real::double(factor), Real::double(factor * slope).widened(1e-12 * factor * slope)]
+                };
+                let numerator = line(factor, 1.0 / (size * (1.0 + apart)));
+                StabilityFunction::of(numerator, line(1.0, 1.0 / size)).poles().len()
+            };
+            assert_eq!([1e-9, 1e-5].map(poles), [0, 1], "{factor:e}, {size:e}");
+        }
+    }
+
+    /// To first order, and a tenth for what is of higher order.
+    #[test]
+    fn terms_are_open_by_as_much_as_a_coefficient_moves_them() {
+        const BY: f64 = 1e-8;
+        let tenths = |list: [i64; 3]| list.map(|n| &Real::from(n) / &Real::from(10)).to_vec();
+        let numbers = Numbers {
+            a: [[3, -1, 2], [4, 2, -2], [5, 1, 3]].map(tenths).to_vec(),
+            b: tenths([5, 2, 4]),
+            c: tenths([4, 4, 9]),
+            b_hat: None,
+        };
+        let with = |place: Place, change: &dyn Fn(&Real) -> Real| {
+            let mut numbers = numbers.clone();
+            let slot = numbers.at_mut(place).expect("there");
+            *slot = change(slot);
+            log_defect(&numbers, &numbers.b, 6)
+        };
+        let entries = (0..9).map(|k| Place::A(k / 3, k % 3));
+        for place in entries.chain((0..3).map(Place::B)) {
+            let still = with(place, &Real::clone);
+            let moved = with(place, &|x| x + &Real::double(BY));
+            let open = with(place, &|x| x.widened(BY));
+            for (k, ((still, moved), open)) in still.iter().zip(&moved).zip(&open).enumerate() {
+                let (apart, radius) = ((moved - still).to_f64().abs(), open.radius());
+                assert!(
+                    radius >= apart && radius <= 1.2 * apart + 1e-14,
+                    "{place}, z^{}: {apart:e}, {radius:e}",
+                    k + 1
+                );
+            }
+        }
+    }
+
+    /// R of Gauss' method of seven stages, from X with ½ and three diagonals (\[HW96\] IV.5): with T e₁ = (1, …, 1) it is that of A = T X T⁻¹
+    /// and b = e₁.
+    #[test]
+    fn orders_are_looked_for_as_far_as_a_method_of_so_many_stages_may_have_them() {
+        const STAGES: usize = 7;
+        let ratio = |n: i64, d: i64| &Real::from(n) / &Real::from(d);
+        let x = |i: usize, j: usize| match (i, j) {
+            (0, 0) => ratio(1, 2),
+            (i, j) if j == i + 1 => Real::from(-1),
+            (i, j) if i == j + 1 => ratio(1, 4 * (4 * (i * i) as i64 - 1)),
+            _ => Real::zero(),
+        };
+        // T adds the first row to all others, and T⁻¹ subtracts all other columns from the first.
+        let columns = |i: usize| {
+            let rest: Real = (1..STAGES).map(|j| x(i, j)).sum();
+            std::iter::once(&x(i, 0) - &rest)
+                .chain((1..STAGES).map(|j| x(i, j)).collect::<Vec<_>>())
+                .collect::<Vec<_>>()
+        };
+        let first = columns(0);
+        let row = |i: usize| match i {
+            0 => first.clone(),
+            i => columns(i).iter().zip(&first).map(|(entry, above)| entry + above).collect(),
+        };
+        let a: Vec<Vec<Real>> = (0..STAGES).map(row).collect();
+        let b: Vec<Real> = (0..STAGES).map(|i| Real::from(i64::from(i == 0))).collect();
+        let numbers = Numbers { c: crate::judge::tableau::row_sums(&a), a, b, b_hat: None };
+        let orders = StabilityFunction::new(&numbers, &numbers.b).linear_orders(&numbers, &numbers.b);
+        assert!(matches!(orders.solution, SeriesOrder::Leading(14, _)), "{orders:?}");
+        assert_eq!(orders.dissipation, SeriesOrder::Vanishing);
     }
 }

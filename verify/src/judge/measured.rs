@@ -477,6 +477,8 @@ mod tests {
                 let (stderr, momentum) = (1e-6, None);
                 let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding: 0.0, momentum };
                 let check = energy_verdict(Ok(Ok(Energy { drift: found, open: rounding }))).check;
+                let of_digits = "and the rounding of the coefficients leaves 1.0e-3 of that open";
+                assert_eq!(check.reason.contains(of_digits), drift == 5e-4, "{}", check.reason);
                 let is_met = check.required.expect("it is looked at").is_met_by(drift);
                 assert!(is_met || check.outcome != Outcome::Pass, "{kind:?}, {drift:e}: {check:?}");
                 assert!(!is_met || kind == Symplectic || check.outcome != Outcome::NotSettled, "{drift:e}: {check:?}");

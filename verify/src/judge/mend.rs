@@ -421,4 +421,48 @@ mod tests {
         let alike = ["sigma[1]", "sigma[2]"].map(|place| (place.to_owned(), "3/4".to_owned()));
         assert_eq!(changes("'1/4', '1/4'"), alike);
     }
+
+    /// x = 1 and x y = 2.
+    struct Product;
+
+    impl System for Product {
+        fn entries(&self) -> Vec<(Place, &Coefficient)> {
+            Vec::new()
+        }
+
+        fn degree(&self) -> usize {
+            1
+        }
+
+        fn count(&self) -> usize {
+            2
+        }
+
+        fn residuals(&self, numbers: &[Real], wanted: &[usize]) -> Vec<Real> {
+            let all = [&numbers[0] - &Real::one(), &(&numbers[0] * &numbers[1]) - &Real::from(2)];
+            wanted.iter().map(|&k| all[k].clone()).collect()
+        }
+    }
+
+    #[test]
+    fn a_coefficient_is_solved_for_in_the_first_condition_that_depends_on_it() {
+        let found = candidates(&Product, &[0, 1], |y| vec![Real::from(4), y.clone()]);
+        let [y] = &found[..] else { panic!("{found:?}") };
+        assert!((y - &Real::double(0.5)).may_be_zero());
+    }
+
+    #[test]
+    fn the_radicands_of_a_method_are_those_of_all_its_coefficients_once() {
+        let text = "kind = 'multistep'\nrho = ['-sqrt(5)', 'sqrt(5)']\nsigma = ['sqrt(3)/2', 'sqrt(5) - sqrt(3)/2']\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        assert_eq!(radicands(&*file.body.system(1).expect("it has conditions")), [3, 5]);
+    }
+
+    #[test]
+    fn the_trapezoidal_rule_satisfies_the_conditions_of_order_two_and_no_more() {
+        let text = "kind = 'multistep'\nrho = [-1, 1]\nsigma = ['1/2', '1/2']\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let satisfies = |order: u32| holds(&*file.body.system(order).expect("it has conditions"));
+        assert_eq!([1, 2, 3].map(satisfies), [true, true, false]);
+    }
 }

@@ -98,6 +98,7 @@ impl Method for FileMethod {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::judge::file::Shipped;
     use crate::measure::norm::distance;
     use crate::run::step_from;
 
@@ -154,6 +155,35 @@ mod tests {
                 assert!((radius - 5e-4).abs() < 1e-12 && distance(&before, &after) > 1e-9, "{radius:e} {after:?}");
             }
             assert!(left.is_empty(), "{text}{left:?}");
+        }
+    }
+
+    fn shipped(name: &str) -> FileMethod {
+        FileMethod::of(&Shipped::by_name(name).expect("there").read().expect("well-formed"))
+    }
+
+    #[test]
+    fn an_order_that_is_expected_takes_the_place_of_that_of_the_coefficients() {
+        let method = shipped("rk4");
+        assert_eq!(method.expected(3).traits().order, 3);
+        let traits = method.unexpected().traits();
+        assert_eq!((traits.order, traits.stiff_order), (2, Some(2)));
+    }
+
+    /// Two stages on a plane and its momenta, none of which an explicit method finds together.
+    #[test]
+    fn a_step_finds_every_component_of_every_stage_together() {
+        let problem = crate::problem::build("henon-heiles", &[]).expect("known");
+        assert_eq!(["gauss2", "rk4"].map(|name| shipped(name).filled(&*problem)), [8, 0]);
+    }
+
+    #[test]
+    fn a_momentum_that_the_state_carries_has_its_own_roundings() {
+        let galerkin = method("kind = 'galerkin'\ndegree = 2\nnodes = ['1/3', 1]\nweights = ['3/4', '1/4']\n");
+        let [few, many] = [1.0, 1e4].map(|steps| galerkin.momentum_roundoff(steps));
+        assert!(few > 0.0 && many > few, "{few}, {many}");
+        for name in ["rk4", "stormer-verlet", "bdf2"] {
+            assert_eq!(shipped(name).momentum_roundoff(1e4), 0.0, "{name}");
         }
     }
 }

@@ -27,3 +27,17 @@ pub(super) fn has_mirror(
     }
     search(&mut Vec::with_capacity(n), n, may, fits)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_fit_all_pairs_both_ways() {
+        let any = |_: usize, _: usize| true;
+        let swapped = |[i, j]: [usize; 2], [m, n]: [usize; 2]| m == 1 - i && n == 1 - j;
+        assert!(has_mirror(2, &any, &swapped));
+        assert!(!has_mirror(2, &|i, m| i == m, &swapped));
+        assert!(!has_mirror(2, &any, &|[i, j], _| i <= j) && !has_mirror(2, &any, &|[i, j], _| i >= j));
+    }
+}

@@ -299,6 +299,7 @@ mod tests {
         let theory = MethodFile::parse("m.toml", "m", text).expect("well-formed").body.analyse(None, None);
         let why = "nodes[1] lies outside of [0, 1], and the path of a step ends there";
         assert_eq!((theory.order(), theory.converges()), (2, Err(why.to_owned())));
+        assert_eq!(theory.traits().symplectic, Symplecticity::Always);
         assert!(theory.trials().into_iter().all(|trial| trial.plan.is_err_and(|reason| reason == why)));
     }
 
@@ -402,6 +403,16 @@ mod tests {
             (3, 1, 0),
         ] {
             assert_eq!(galerkin_order(degree, quadrature), order, "{degree} {quadrature}");
+        }
+    }
+
+    #[test]
+    fn symmetric_nodes_with_symmetric_weights_make_a_reversible_method() {
+        for (weights, is_symmetric) in [("'1/2', '1/2'", true), ("'1/3', '2/3'", false)] {
+            let text = format!("kind = 'galerkin'\ndegree = 1\nnodes = [0, 1]\nweights = [{weights}]\n");
+            let theory = MethodFile::parse("m.toml", "m", &text).expect("well-formed").body.analyse(None, None);
+            assert_eq!(theory.traits().is_reversible, is_symmetric, "{text}");
+            assert!(theory.has_structure());
         }
     }
 }

@@ -551,10 +551,9 @@ impl Analysis for PartsTheory {
 
 #[cfg(test)]
 mod tests {
-    use super::super::claim::Property;
-    use super::super::file::{MethodFile, Shipped};
+    use super::super::file::{Body, MethodFile, Shipped};
     use super::super::{Effort, Judgement};
-    use crate::evidence::Outcome;
+    use super::*;
     use crate::measure::norm::distance;
     use crate::problem;
     use lsvi::{Grid, State};
@@ -697,5 +696,111 @@ mod tests {
             verdict.check.outcome
         };
         assert_eq!((symplectic("separable"), symplectic("all")), (Outcome::Pass, Outcome::Fail));
+    }
+
+    const VERLET: &str = "kind = 'partitioned-runge-kutta'\na = [[0, 0], ['1/2', '1/2']]\na_hat = [['1/2', 0], ['1/2', 0]]\n\
+                          b = ['1/2', '1/2']\nb_hat = ['1/2', '1/2']\n";
+
+    fn parts(text: &str) -> Parts {
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let Body::Parts(parts) = file.body else { panic!("{text}") };
+        parts
+    }
+
+    fn theory(text: &str) -> PartsTheory {
+        PartsTheory::new(&parts(text), None)
+    }
+
+    #[test]
+    fn times_are_those_of_p_where_more_of_its_rows_add_up_to_them() {
+        let (right, wrong) =
+            ("[['1/4', 0, 0], ['1/4', '1/4', 0], ['1/4', '1/4', '1/4']]", "[[0, 0, 0], [0, 0, 0], [0, 0, 0]]");
+        let timed = |a: &str, hat: &str| {
+            let b = "['1/3', '1/3', '1/3']";
+            let text = format!(
+                "kind = 'partitioned-runge-kutta'\nc = ['1/4', '1/2', '3/4']\na = {a}\nb = {b}\na_hat = {hat}\nb_hat = {b}\n"
+            );
+            parts(&text).timed()
+        };
+        assert_eq!((timed(right, wrong), timed(wrong, right)), (0, 1));
+        assert_eq!((timed(right, right), timed(wrong, wrong)), (0, 0));
+    }
+
+    /// Its adjoint has the same stages, each with the index after its own, and so with the weight of another.
+    #[test]
+    fn a_method_with_the_stages_of_its_adjoint_and_other_weights_is_not_symmetric() {
+        let nystrom = "kind = 'nystrom'\nc = ['1/2', '1/2', '1/2']\nb_bar = ['1/6', '1/3', 0]\nb = ['1/2', '1/3', '1/6']\n\
+                       a = [['1/6', '1/2', 0], ['1/12', '1/4', '1/3'], ['5/12', '1/6', '1/12']]\n";
+        let pair = "kind = 'partitioned-runge-kutta'\nsystems = 'separable'\n\
+                    a = [['1/6', '1/3', 0], [0, 0, 0], [0, 0, 0]]\nb = ['1/2', '1/3', '1/6']\n\
+                    a_hat = [['1/2', 0, 0], ['1/2', 0, 0], ['1/2', 0, 0]]\nb_hat = [1, 0, 0]\n";
+        for text in [nystrom, pair] {
+            assert!(!theory(text).symmetric, "{text}");
+        }
+    }
+
+    /// p − νq/2, then q by it, then p by the q that it leads to.
+    #[test]
+    fn a_step_of_stormer_and_verlet_on_an_oscillator_is_a_kick_a_drift_and_a_kick() {
+        for nu in [0.5, 1.0, 3.0] {
+            let half = 1.0 - 0.5 * nu * nu;
+            let expected = Matrix2::new(half, nu, -nu * (1.0 - 0.25 * nu * nu), half);
+            let found = theory(VERLET).rotation(nu).expect("explicit");
+            assert!((found - expected).norm() < 1e-13, "{nu}: {found}");
+        }
+    }
+
+    #[test]
+    fn oscillations_are_shown_not_to_stay_bounded_beside_the_end_of_those_that_do() {
+        let Some(Bounded::UpTo { end, witness }) = theory(VERLET).oscillation else { panic!("up to 2") };
+        assert!((end - 2.0).abs() < FOUND && witness > end && witness < end + 0.02, "{end}, {witness}");
+    }
+
+    #[test]
+    fn conditions_are_told_of_the_weights_that_a_file_has() {
+        let nystrom =
+            "kind = 'nystrom'\na = [[0, 0], ['1/2', 0]]\nb_bar = ['1/2', 0]\nb = ['1/2', '1/2']\nc = [0, 1]\n";
+        for (text, names, formulas) in
+            [(nystrom, "b̄ and b", ["Σ b_i = 1", "Σ b̄_i = 1/2"]), (VERLET, "b and b̂", ["Σ b_i = 1", "Σ b̂_i = 1"])]
+        {
+            let theory = theory(text);
+            let why = theory.find(Property::Order(3)).expect("looked at").why;
+            assert!(why.contains(&format!(" conditions on {names} fail")), "{why}");
+            let conditions = &theory.weights.conditions;
+            let found: Vec<String> = conditions.iter().map(|c| theory.weights.formula(c.tree, "none")).collect();
+            for formula in formulas {
+                assert!(found.iter().any(|found| found == formula), "{formula} is not among {found:?}");
+            }
+        }
+    }
+
+    /// Symplectic Euler is no palindrome.
+    #[test]
+    fn what_is_known_of_a_pair_follows_from_its_coefficients() {
+        let euler = "kind = 'partitioned-runge-kutta'\na = [[0]]\na_hat = [[1]]\nb = [1]\nb_hat = [1]\n";
+        for (text, is_reversible) in [(VERLET, true), (euler, false)] {
+            let traits = theory(text).traits();
+            assert_eq!((traits.is_reversible, traits.stiff_order), (is_reversible, None), "{text}");
+        }
+    }
+
+    #[test]
+    fn rounded_coefficients_of_a_pair_move_the_end_along_the_path() {
+        let theory = theory(&VERLET.replace("'1/2'", "'0.500'").replace("kind", "digits = 3\nkind"));
+        let open = theory.weights.resolution();
+        assert!(open > 1e-4 && open < 1e-2, "{open:e}");
+        for length in [0.5, 3.0] {
+            assert_eq!(theory.rounding_of_coefficients(7.0, length, 100.0), open * length);
+        }
+    }
+
+    #[test]
+    fn systems_that_are_not_separable_are_run_where_a_pair_is_made_for_them() {
+        let separable = VERLET.replace("\na =", "\nsystems = 'separable'\na =");
+        for (text, is_run) in [(VERLET, true), (&separable, false)] {
+            let trials = theory(text).trials();
+            let trial = trials.iter().find(|trial| trial.kind == "not separable").expect("told of");
+            assert_eq!(trial.plan.is_ok(), is_run, "{text}");
+        }
     }
 }

@@ -134,7 +134,7 @@ impl Polynomial {
 
     /// All roots in double precision.
     pub fn roots(&self) -> Vec<Complex<f64>> {
-        let Some(degree) = self.degree().filter(|n| *n > 0) else { return Vec::new() };
+        let Some(degree) = self.degree() else { return Vec::new() };
         let c = self.doubles();
         // In a variable in which the largest root is of size 1 the companion matrix is balanced, however small the first coefficient is, as what
         // rounding leaves of a zero.
@@ -626,6 +626,7 @@ mod tests {
             (&[-27.0, 27.0, -9.0, 1.0][..], 3.0),
             (&[4.0, 4.0, 1.0], 2.0),
             (&[2.0, -3.0, 1.0], 1.5),
+            (&[-4.0, 0.0, 1.0], 2.0),
             (&[0.0, 4.0, -8.0], 0.25),
         ] {
             assert!((size_of_roots(c) - size).abs() < 1e-12, "{c:?}: {}", size_of_roots(c));
@@ -769,5 +770,17 @@ mod tests {
         assert_eq!(of(&[&[], &[-1]]), Sign::NonNegative);
         assert!(matches!(of(&[&[-1], &[1, -1]]), Sign::NegativeFrom { from: 0.0, at: 0.5, .. }));
         assert!(matches!(of(&[&[-1], &[-1, 1], &[3]]), Sign::NegativeFrom { from, .. } if (from - 1.0).abs() < 1e-15));
+    }
+
+    /// (x − 1)(x − 2) and x − 1 to no digit fewer than there are, to thirty, and to fifteen that Euclid's division starts from.
+    #[test]
+    fn roots_are_divided_out_where_all_digits_are_given() {
+        let rest = |size: f64, radius: f64| {
+            let ball = |c: f64| (c * size, radius);
+            balls(&[2.0, -3.0, 1.0].map(ball)).without_roots_of(&balls(&[-1.0, 1.0].map(ball)))
+        };
+        let found = rest(1.0, 0.0).expect("they are told");
+        assert_eq!(found.doubles(), [-2.0, 1.0]);
+        assert_eq!((rest(1.0, 1e-30), rest(1e-25, 5e-41)), (None, None));
     }
 }

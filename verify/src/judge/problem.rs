@@ -281,6 +281,8 @@ mod tests {
         for problem in problems {
             let n = problem.initial().len();
             assert_eq!(problem.components().len(), n, "{problem:?}");
+            assert_eq!((problem.field().dim(), problem.ode().dim()), (n, n), "{problem:?}");
+            assert_eq!(problem.facts().window, window(2), "{problem:?}");
             assert_eq!(problem.exact(0.0), Some(problem.initial()));
             for t in [0.2, 0.7, 1.7] {
                 let v = problem.exact(t).expect("known");
@@ -293,6 +295,12 @@ mod tests {
                     // The error of the difference is 1e-10/6 times a third derivative, and roundoff over 1e-5.
                     assert!((field[k] - rate).abs() < 1e-8 && (field[k] - ode[k]).abs() < 1e-13, "{problem:?} {t}");
                 }
+                // Off the solution too, where factors that are 1 on it are not.
+                let off: Vec<f64> = v.iter().map(|x| 1.25 * x).collect();
+                let (mut field, mut ode) = (vec![0.0; n], vec![0.0; n]);
+                problem.field().rhs(t, &off, &mut field);
+                problem.ode().rhs(t, &off, &mut ode);
+                assert!((0..n).all(|k| (field[k] - ode[k]).abs() < 1e-12), "{problem:?} {t}: {field:?} {ode:?}");
                 let mut jacobian = vec![vec![0.0; n]; n];
                 problem.ode().jacobian(t, &v, &mut |i, j, x| jacobian[i][j] += x);
                 for i in 0..n {
@@ -308,5 +316,13 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_higher_an_order_the_larger_are_the_steps_at_which_it_is_measured() {
+        for pair in [1, 3, 5, 7].map(window).windows(2) {
+            assert!(pair[0].coarsest < pair[1].coarsest && pair[1].coarsest <= pair[0].horizon, "{pair:?}");
+        }
+        assert_eq!([2, 4, 6, 9].map(window), [1, 3, 5, 7].map(window));
     }
 }

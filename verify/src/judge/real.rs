@@ -137,7 +137,8 @@ impl Real {
         let centre = RBig::try_from(self.mid.clone()).ok()?;
         let radius = RBig::try_from((self.radius * SLACK).max(1e-40)).ok()?;
         let (low, high) = (&centre - &radius, &centre + &radius);
-        if low.is_zero() || high.is_zero() || (low < RBig::ZERO) != (high < RBig::ZERO) {
+        // The library takes ends for no part of the interval.
+        if low.is_zero() || high.is_zero() {
             return Some(RBig::ZERO);
         }
         Some(RBig::simplest_in(low, high))
@@ -322,5 +323,34 @@ mod tests {
     fn the_bound_of_a_quotient_holds_the_ends_of_a_wide_divisor() {
         let found = &Real::one() / &Real::double(0.5).widened(0.25);
         assert!(found.radius() >= 2.0 && found.radius() < 2.0001, "{found:?}");
+    }
+
+    /// ε of 1000 is 2.2·10⁻¹³.
+    #[test]
+    fn what_is_uncertain_by_more_than_a_double_is_rough() {
+        let is_rough = |radius: f64| Real::from(1000).widened(radius).is_rough();
+        assert_eq!([0.0, 1e-13, 3e-13].map(is_rough), [false, false, true]);
+    }
+
+    /// A radius that is short of 1 by a rounding of its own, and one by more.
+    #[test]
+    fn a_radius_reaches_farther_by_the_roundings_in_it() {
+        let may_be_zero = |radius: f64| Real { radius, ..Real::one() }.may_be_zero();
+        assert_eq!([1.0, 1.0 - f64::EPSILON, 1.0 - 1e-13].map(may_be_zero), [true, true, false]);
+    }
+
+    #[test]
+    fn zero_is_the_simplest_number_of_an_interval_that_ends_there() {
+        for sign in [1.0, -1.0] {
+            let x = Real { radius: 0.25, ..Real::double(sign * 0.25 * SLACK) };
+            assert_eq!(x.simplest(), Some(RBig::ZERO), "{sign}");
+        }
+        assert_eq!(Real::double(0.4).widened(0.125).simplest().expect("finite").to_string(), "1/2");
+    }
+
+    #[test]
+    fn zero_times_anything_is_zero() {
+        let anything = Real::double(f64::INFINITY);
+        assert!((&Real::zero() * &anything).is_zero() && (&anything * &Real::zero()).is_zero());
     }
 }

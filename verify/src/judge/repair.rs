@@ -243,7 +243,7 @@ fn over_denominator(x: &Real, old: &Coefficient) -> Option<(String, Real)> {
 fn to_places(x: &Real, old: &Coefficient) -> Option<(String, Real)> {
     let is_decimal = old.text.chars().all(|c| c.is_ascii_digit() || "+-−.".contains(c));
     let places = -(2.0 * old.real.radius()).log10();
-    if old.exact.is_some() || !is_decimal || !(0.5..45.0).contains(&places) || (places - places.round()).abs() > 1e-6 {
+    if !is_decimal || !(0.5..45.0).contains(&places) || (places - places.round()).abs() > 1e-6 {
         return None;
     }
     let places = places.round() as usize;
@@ -464,8 +464,10 @@ mod tests {
         assert_eq!(beside("-0.267", 5e-4, &ratio(-1, 6)).as_deref(), Some("-0.167"));
         assert_eq!(beside("0.267", 5e-4, &ratio(1, 6)).as_deref(), Some("0.167"));
         assert_eq!(beside("12.445", 5e-4, &ratio(12_345, 1000)).as_deref(), Some("12.345"));
-        // Half a unit of no place.
-        assert_eq!(beside("0.267", 3e-4, &ratio(1, 6)), None);
+        // Half a unit of no place, and of none that is rounded.
+        assert_eq!([3e-4, 0.0].map(|radius| beside("0.267", radius, &ratio(1, 6))), [None, None]);
+        let sum = Coefficient { text: "0.333 + 1".into(), real: Real::double(1.333).widened(5e-4), exact: None };
+        assert_eq!(to_places(&ratio(3, 2), &sum), None);
     }
 
     /// √2 to 10⁻⁶ has seven digits, and √3/1000 to 57 of them 40.
@@ -511,5 +513,36 @@ mod tests {
         for (a, b) in (-7..=7_i64).flat_map(|a| (1..=4_i64).map(move |b| (a, b))) {
             assert_eq!(floor_div(&IBig::from(a), &IBig::from(b)), IBig::from(a.div_euclid(b)), "{a}/{b}");
         }
+    }
+
+    fn third() -> Coefficient {
+        Coefficient { text: "0.333".into(), real: Real::double(0.333).widened(5e-4), exact: None }
+    }
+
+    #[test]
+    fn what_is_rounded_to_the_printed_digits_is_printed() {
+        let found = [ratio(1, 3), ratio(334, 1000), ratio(1, 2).widened(1.0)].map(|x| is_printed(&x, &third()));
+        assert_eq!(found, [true, false, false]);
+    }
+
+    /// ½ to five places, for 0.333 and for ⅓.
+    #[test]
+    fn a_rounded_repair_is_open_by_what_is_printed_and_what_is_found_and_an_exact_one_is_not() {
+        let x = ratio(1, 2).widened(1e-5);
+        let exact =
+            Coefficient { text: "1/3".into(), real: ratio(1, 3), exact: Some(RBig::from_parts(1.into(), 3_u8.into())) };
+        for (old, expected, radius) in [(third(), "0.500", 5.1e-4), (exact, "1/2", 0.0)] {
+            let is_half = |value: &Real| (value - &ratio(1, 2)).may_be_zero();
+            let (text, value) = fitting(&x, &old, &[], is_half).expect("it fits");
+            assert_eq!(text, expected);
+            assert!((value.radius() - radius).abs() < 1e-12, "{value:?}");
+        }
+    }
+
+    #[test]
+    fn a_root_is_polished_to_all_digits() {
+        let square = Polynomial::new(vec![Real::from(-2), Real::zero(), Real::one()]);
+        let root = polish(&square, 1.414).expect("a simple root");
+        assert!(square.at(&root).may_be_zero() && root.radius() < 1e-50, "{root:?}");
     }
 }

@@ -1109,4 +1109,18 @@ mod tests {
         let all = WeightsTheory { order: MAX_ORDER, ..rk4.main };
         assert_eq!(order(11, &all, "b").outcome, Outcome::Inconclusive);
     }
+
+    #[test]
+    fn digits_are_told_of_an_algebraic_stability_that_rests_on_them() {
+        let why = |text: &str| {
+            let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+            find(Property::AlgebraicallyStable, &of_file(&file)).expect("looked at").why
+        };
+        let exact = why("a = [['1/4', '1/4 - sqrt(3)/6'], ['1/4 + sqrt(3)/6', '1/4']]\nb = ['1/2', '1/2']\n");
+        let rounded = why("a = [['1/4', '-0.0386751346'], ['0.5386751346', '1/4']]\nb = ['1/2', '1/2']\n");
+        assert!(
+            !exact.contains("digits") && rounded.contains("the digits given leave its entries open"),
+            "{exact} {rounded}"
+        );
+    }
 }

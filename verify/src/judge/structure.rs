@@ -170,4 +170,16 @@ mod tests {
         let numbers = Numbers { a, b: vec![Real::double(0.5); 2], c, b_hat: None };
         assert_eq!(is_algebraically_stable(&numbers), Err(Indefinite::Pivot(0, -3.0)));
     }
+
+    /// b = (1, 1) and A = ½(M + bbᵀ) with M = [[2, 1], [1, x]], of which elimination leaves x − ½.
+    #[test]
+    fn elimination_subtracts_the_square_over_the_pivot() {
+        let stable = |x: f64| {
+            let a: Vec<Vec<Real>> =
+                [[1.5, 1.0], [1.0, 0.5 * (x + 1.0)]].map(|row| row.map(Real::double).to_vec()).to_vec();
+            let c = super::super::tableau::row_sums(&a);
+            is_algebraically_stable(&Numbers { a, b: vec![Real::one(); 2], c, b_hat: None }).is_ok()
+        };
+        assert_eq!([0.25, 0.5, 0.75].map(stable), [false, true, true]);
+    }
 }

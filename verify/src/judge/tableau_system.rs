@@ -80,3 +80,48 @@ impl System for TableauSystem<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::{Body, MethodFile};
+    use super::super::mend::{failing, numbers};
+    use super::*;
+
+    const HEUN: &str = "a = [[0, 0], [1, 0]]\nb = ['1/2', '1/2']\nb_hat = ['3/4', '1/4']\n";
+
+    fn with<T>(text: &str, order: u32, found: impl FnOnce(&TableauSystem) -> T) -> T {
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let Body::RungeKutta(tableau) = &file.body else { panic!("{text}") };
+        found(&TableauSystem::new(tableau, Target { order, embedded: Some(1) }))
+    }
+
+    /// Σ b_i = 1 and Σ b_i c_i = ½, then Σ b̂_i = 1; before them two rows, where c is stated.
+    #[test]
+    fn conditions_are_those_of_rows_with_a_sum_of_weights_and_of_embedded_ones() {
+        for (c, sums, sum) in [("", 0, None), ("c = [0, 1]\n", 2, Some(Place::C(1)))] {
+            with(&format!("{HEUN}{c}"), 2, |system| {
+                assert_eq!((system.count(), failing(system, &numbers(system))), (sums + 3, Vec::new()), "{c}");
+                assert_eq!((system.sum(Place::A(1, 0)), system.sum(Place::B(1))), (sum, None), "{c}");
+            });
+        }
+        assert_eq!(with(HEUN, 3, |system| failing(system, &numbers(system))), [2, 3]);
+    }
+
+    /// Σ b_i a_ij a_jk is of degree 2 in a₁₁ of one stage.
+    #[test]
+    fn the_degree_is_that_of_a_condition_in_an_entry_of_a() {
+        with("a = [['1/2']]\nb = [1]\n", 3, |system| {
+            let at = |n: i64| {
+                let mut changed = numbers(system);
+                changed[0] = Real::from(n);
+                system.residuals(&changed, &(0..system.count()).collect::<Vec<_>>())
+            };
+            let mut differences: Vec<Vec<Real>> = (0..=system.degree() as i64 + 1).map(at).collect();
+            while differences.len() > 1 {
+                let step = |pair: &[Vec<Real>]| pair[1].iter().zip(&pair[0]).map(|(y, x)| y - x).collect();
+                differences = differences.windows(2).map(step).collect();
+            }
+            assert!(differences[0].iter().all(Real::may_be_zero), "{differences:?}");
+        });
+    }
+}

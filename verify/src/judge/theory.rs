@@ -264,7 +264,7 @@ fn order_in_time(numbers: &Numbers, b: &[Real], most: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::file::{Body, Shipped};
+    use super::super::file::{Body, MethodFile, Shipped};
     use super::*;
 
     /// All conditions hold up to the order of a method, and one of the next order does not.
@@ -300,5 +300,29 @@ mod tests {
             let numbers = tableau.numbers();
             assert_eq!(order_in_time(&numbers, &numbers.b, order), order, "{name}");
         }
+    }
+
+    fn tableau(text: &str) -> Tableau {
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let Body::RungeKutta(tableau) = file.body else { panic!("{text}") };
+        tableau
+    }
+
+    /// Nørsett's method to one place: its order is 3 at most, and no condition of the next one is certain to fail.
+    #[test]
+    fn an_error_that_digits_hide_is_not_told() {
+        let text = "digits = 1\na = [['0.8', '0.0'], ['-0.6', '0.8']]\nb = ['0.5', '0.5']\n";
+        let numbers = tableau(text).numbers();
+        let weights = WeightsTheory::new(&numbers, &numbers.b, 0);
+        assert_eq!((weights.order, weights.failing(4).count()), (3, 0));
+        assert!(weights.error_norm.is_none() && weights.beyond().is_none());
+    }
+
+    /// With w = bᵀA⁻¹ = (−2, 8/3) and c = (1/2, 3/4), w·cᵏ is 1 up to k = 2, so that errors are of order 3 but for those divided by λ, which
+    /// are of order 2: neither are all.
+    #[test]
+    fn no_order_is_told_of_errors_that_lose_against_others_divided_by_lambda() {
+        let theory = Theory::new(&tableau("a = [['1/2', 0], ['1/4', '1/2']]\nb = ['-1/3', '4/3']\n"), None, None);
+        assert_eq!(theory.damped_order(), None);
     }
 }

@@ -401,4 +401,10 @@ mod tests {
             assert!(shown.iter().any(|text| text == expected), "{expected} is not among {shown:?}");
         }
     }
+
+    #[test]
+    fn a_leaf_for_time_is_grafted_from_the_second_order_on() {
+        let counts = [0, 1, 2].map(|order| Forest::with_time(Rule::Autonomous, order).trees().len());
+        assert_eq!(counts, [0, 1, 4]);
+    }
 }

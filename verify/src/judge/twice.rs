@@ -102,3 +102,30 @@ fn sums(system: &dyn System, entries: &Entries<'_>, group: &[usize]) -> BTreeMap
     };
     group.iter().filter_map(sum).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::MethodFile;
+    use super::*;
+
+    fn groups_of(text: &str) -> Vec<Vec<String>> {
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let system = file.body.system(1).expect("it has conditions");
+        let entries = system.entries();
+        let named = |group: Vec<usize>| group.into_iter().map(|k| entries[k].0.to_string()).collect();
+        groups(&*system, &entries).into_iter().map(named).collect()
+    }
+
+    /// Zeros are of the shape of a method, and c follows its rows.
+    #[test]
+    fn a_misprint_is_looked_for_wherever_a_text_stands_but_in_zeros_and_times() {
+        let text = "kind = 'nystrom'\na = [[0, 0], ['1/9', 0]]\nb_bar = ['1/4', '1/4']\nb = ['1/2', '1/2']\nc = ['1/2', '1/2']\n";
+        assert_eq!(groups_of(text), [["b_bar[1]", "b_bar[2]"], ["b[1]", "b[2]"]]);
+    }
+
+    #[test]
+    fn a_number_of_both_parts_is_one_however_it_is_written() {
+        let text = "kind = 'partitioned-runge-kutta'\na = [['1/2']]\na_hat = [['2/4']]\nb = ['1']\nb_hat = ['2/2']\n";
+        assert_eq!(groups_of(text), [["a[1,1]", "a_hat[1,1]"], ["b[1]", "b_hat[1]"]]);
+    }
+}

@@ -173,5 +173,23 @@ mod tests {
         let (_, points) = measure(&method, false).expect("something to compare");
         let point = points.iter().find(|it| it.solver == "diffsol-bdf" && it.setting == 1e-8).expect("it is there");
         assert!(point.work[1] > point.work[0] && point.work[0] > point.work[2], "{point:?}");
+        // From the whole horizon on, but for those at which it fails.
+        let steps: Vec<f64> = points.iter().filter(|it| it.solver == "rk4").map(|it| it.setting).collect();
+        assert!(steps.len() > 5 && steps.windows(2).all(|pair| pair[1] == 0.5 * pair[0]), "{steps:?}");
+        assert_eq!(steps.last(), Some(&(2.0 / 1024.0)));
+    }
+
+    #[test]
+    fn work_is_compared_on_what_a_method_steps() {
+        for (text, mechanical, name) in [
+            ("a = [[0]]\nb = [1]\n", false, "the non-autonomous problem"),
+            ("a = [[0]]\nb = [1]\n", true, "henon-heiles"),
+            ("kind = 'path-fitted'\nnodes = ['1/4', '5/6']\n", false, "henon-heiles"),
+            ("kind = 'closure'\nalpha = '0'\nbeta = '1'\n", false, "damped-pendulum"),
+        ] {
+            let file = crate::judge::file::MethodFile::parse("m.toml", "m", text).expect("well-formed");
+            let field = field(&FileMethod::of(&file), mechanical).expect("there is one");
+            assert_eq!(field.name, name, "{text}");
+        }
     }
 }

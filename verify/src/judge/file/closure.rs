@@ -36,3 +36,16 @@ pub(super) fn read(document: &mut Document, digits: Option<u32>) -> Result<(Clos
     }
     Ok((closure, rounding))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::MethodFile;
+
+    #[test]
+    fn a_rate_is_positive() {
+        for (rate, is_read) in [("2", true), ("0", false), ("-1", false), ("inf", false)] {
+            let text = format!("kind = 'closure'\nalpha = 'z'\nbeta = '1'\nrate = '{rate}'\n");
+            assert_eq!(MethodFile::parse("m.toml", "m", &text).is_ok(), is_read, "{rate}");
+        }
+    }
+}

@@ -144,7 +144,7 @@ fn coefficient((scalar, expression): &Parsed, rounding: Rounding) -> Result<Coef
 #[cfg(test)]
 mod tests {
     use super::super::{FileError, MethodFile};
-    use super::excerpt;
+    use super::{MOST, Scalar, excerpt, one, rounding};
 
     #[test]
     fn the_hint_to_a_row_of_a_wrong_length_has_the_right_ones() {
@@ -180,5 +180,45 @@ mod tests {
         }
         // Places are bytes, and characters are counted.
         assert_eq!(excerpt(&"√".repeat(49), 3 * 25), format!("…{}", "√".repeat(48)));
+    }
+
+    #[test]
+    fn a_list_has_as_many_entries_as_a_method_may_have_stages() {
+        let read = |n: usize| {
+            let zeros = ", 0".repeat(n.saturating_sub(2));
+            let list = |last: &str| if n == 0 { "[]".to_owned() } else { format!("[-1{zeros}, {last}]") };
+            MethodFile::parse(
+                "m.toml",
+                "m",
+                &format!("kind = 'multistep'\nrho = {}\nsigma = {}\n", list("1"), list("1")),
+            )
+        };
+        assert!(read(MOST).is_ok());
+        for n in [0, MOST + 1] {
+            let Err(error) = read(n) else { panic!("{n} entries") };
+            assert!(error.to_string().contains("there are 1 to 40"), "{error}");
+        }
+    }
+
+    /// Two rows beside three weights, the last of which has two entries.
+    #[test]
+    fn a_first_row_is_taken_to_be_left_out_where_the_next_has_one_entry() {
+        let read = |first: &str| MethodFile::parse("m.toml", "m", &format!("a = [{first}, [0, 1]]\nb = [0, 0, 1]\n"));
+        assert!(read("[1]").is_ok());
+        let Err(error) = read("[1, 0, 0]") else { panic!("a row is missing") };
+        assert!(error.to_string().contains("`a` has 2 rows beside 3 weights"), "{error}");
+    }
+
+    #[test]
+    fn fractions_that_stand_for_other_numbers_are_told_of_any_entry() {
+        let told = |texts: [&str; 2]| {
+            let parsed = texts.map(|text| one(Scalar { text: text.into(), at: 0 }).expect("well-formed"));
+            rounding(None, parsed.iter()).told()
+        };
+        let long = "1767732205903/4055673282236";
+        for texts in [["1/2", long], [long, "1/2"]] {
+            assert!(told(texts).starts_with("fractions p/q"), "{texts:?}");
+        }
+        assert_eq!(told(["1/2", "1/3"]), "coefficients taken as exact");
     }
 }

@@ -50,3 +50,17 @@ pub(super) fn galerkin(document: &mut Document, digits: Option<u32>) -> Result<(
     check_distinct(&nodes, &at, GALERKIN)?;
     Ok((Nodes { degree, nodes, weights: Some(values(&weights, rounding)?) }, rounding))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::MethodFile;
+
+    #[test]
+    fn the_ends_of_a_step_are_no_nodes_of_path_fitting() {
+        for node in ["0", "1", "-1/2"] {
+            let text = format!("kind = 'path-fitted'\nnodes = ['1/3', '{node}']\n");
+            let Err(error) = MethodFile::parse("m.toml", "m", &text) else { panic!("{node}") };
+            assert!(error.to_string().contains("is not between 0 and 1"), "{error}");
+        }
+    }
+}

@@ -381,4 +381,10 @@ mod tests {
             assert!(matches!(file.body, Body::RungeKutta(_)), "{text}");
         }
     }
+
+    #[test]
+    fn a_bar_in_a_text_makes_no_row_of_a_table() {
+        assert!(super::is_plain("| 1/2 | 1 |\n") && super::is_plain("sqrt(3)/6 | 0\n"));
+        assert!(!super::is_plain("kind = 'a | b'\n") && !super::is_plain("(said)\n"));
+    }
 }

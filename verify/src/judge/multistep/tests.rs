@@ -366,6 +366,7 @@ fn stability_that_digits_leave_open_is_neither_claimed_nor_denied() {
     let theory = MultistepTheory::new(&method);
     let stability = &theory.facts()[2].1;
     assert!(stability.starts_with("whether it is A-stable is open for the digits given; "), "{stability}");
+    approx::assert_abs_diff_eq!(theory.alpha.expect("an angle"), 90.0, epsilon = 1e-12);
     let right = Property::AlphaStable(Printed { value: 90.0, places: 0 });
     for property in [Property::AStable, Property::LStable, right] {
         assert_eq!(theory.find(property).expect("looked at").outcome, Outcome::Inconclusive, "{property:?}");
@@ -554,4 +555,58 @@ fn roots_of_sigma_on_the_rim_decide_stability_for_large_steps() {
     // (ζ² + 1)²/4.
     let double = theory("-1/2 -1/2 0 0 1", "1/4 0 1/2 0 1/4").leaves_at_infinity();
     assert!(double.is_some_and(|zeta| zeta.re.abs() < 1e-6 && (zeta.im.abs() - 1.0).abs() < 1e-6), "{double:?}");
+}
+
+/// The trapezoidal rule times ζ² − 0.6 ζ + 1, of which eight places leave open on which side of the rim its roots are.
+#[test]
+fn roots_of_sigma_that_may_lie_outside_leave_a_stability_open() {
+    let theory = theory("-1 1.60000000 -1.60000000 1", "0.5 0.20000000 0.20000000 0.5");
+    assert_eq!(theory.a_stable, Err(NotAStable::Open));
+}
+
+/// At hλ = −x it is ζ² + (x − 5/4) ζ + 1/4 + 2x, with two roots of modulus 1 at x = 3/8, 7/16 ± 0.9i.
+#[test]
+fn the_negative_axis_ends_where_two_roots_leave_the_disc_together() {
+    let theory = theory("1/4 -5/4 1", "2 1 0");
+    let [[from, to]] = theory.negative[..] else { panic!("{:?}", theory.negative) };
+    assert_eq!(from, 0.0);
+    approx::assert_abs_diff_eq!(to, 0.375, epsilon = 1e-12);
+}
+
+/// C_2 = ½ − 7/10 to a hundredth.
+#[test]
+fn an_order_is_confirmed_where_the_next_constant_is_there_however_few_its_digits() {
+    let text = "kind = 'multistep'\ndigits = 2\nrho = ['-1', '1']\nsigma = ['0.30', '0.70']\n";
+    let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+    let Body::Multistep(method) = &file.body else { panic!("{text}") };
+    let finding = MultistepTheory::new(method).find(Property::Order(1)).expect("looked at");
+    assert_eq!(finding.outcome, Outcome::Pass, "{}", finding.why);
+}
+
+#[test]
+fn a_sector_of_a_right_angle_is_the_half_plane() {
+    let theory = theory("-1 1", "0 1");
+    let right = theory.find(Property::AlphaStable(Printed { value: 90.0, places: 0 })).expect("looked at");
+    let half_plane = theory.find(Property::AStable).expect("looked at");
+    assert_eq!((right.outcome, right.why), (Outcome::Pass, half_plane.why));
+}
+
+/// Backward Euler and the trapezoidal rule.
+#[test]
+fn a_formula_has_its_order_on_stiff_problems_where_it_damps() {
+    let stiff = |sigma: &str| theory("-1 1", sigma).traits().stiff_order;
+    assert_eq!(["0 1", "1/2 1/2"].map(stiff), [Some(1), None]);
+}
+
+/// Formulas of two bays each, the deeper one first or last.
+#[test]
+fn the_sector_ends_at_the_deepest_bay_of_the_locus() {
+    for (rho, sigma) in
+        [("5 -8 -8 -5 16", "8 -8 16 -16 16"), ("0 -8 -7 -1 16", "8 4 -4 12 16"), ("6 -8 -8 -6 16", "12 0 -12 0 16")]
+    {
+        let theory = theory(rho, sigma);
+        let angles = (1..20_000).map(|k| theory.locus(PI * f64::from(k) / 20_000.0)).filter(|z| z.re < 0.0);
+        let least = angles.map(|z| z.im.abs().atan2(-z.re).to_degrees()).fold(90.0, f64::min);
+        approx::assert_abs_diff_eq!(theory.alpha.expect("an angle"), least, epsilon = 1e-4);
+    }
 }
