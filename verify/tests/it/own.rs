@@ -224,6 +224,21 @@ fn long_names_leave_the_table_of_a_comparison_as_wide_as_a_terminal() {
     assert!(row("[1]").contains("agrees") && flat(&out).contains(&format!("[2] {own}")), "{out}");
 }
 
+/// One that keeps what it is asked, and answers nothing.
+#[test]
+fn a_program_is_asked_for_the_end_that_is_set() {
+    let dir = directory("asked");
+    let (script, kept) = (dir.join("keep.sh"), dir.join("kept"));
+    fs::write(&script, format!("echo \"$@\" >>'{}'\nexit 1\n", kept.display())).expect("writable");
+    let program = format!("sh '{}'", script.display());
+    let (code, out, error) =
+        verify(&["judge", "--program", &program, "--expect", "4", "--problem", "logistic", "--t-end", "0.5"]);
+    assert!(code != 0, "{out}{error}");
+    let asked = fs::read_to_string(&kept).expect("it was asked");
+    fs::remove_file(&kept).expect("it is there");
+    assert!(asked.lines().all(|line| line.contains("--problem logistic") && line.contains("--t-end 0.5")), "{asked}");
+}
+
 /// A program that knows one's own system, by the name of its file, with its inputs and end time.
 #[test]
 fn a_program_is_judged_on_a_model() {
