@@ -420,7 +420,11 @@ mod tests {
         };
         let (float, spacing) = (f64::from(3.3_f32), 2_f64.powi(-22));
         assert_eq!(seen(float, 1e-12), Single { bits: -(2e-12 / spacing).log2(), refuted: false });
-        assert_eq!(seen(float, 0.0).bits, -(2.0 * f64::EPSILON * float / spacing).log2(), "a double has no more digits");
+        assert_eq!(
+            seen(float, 0.0).bits,
+            -(2.0 * f64::EPSILON * float / spacing).log2(),
+            "a double has no more digits"
+        );
         assert_eq!(seen(float, 1.0).bits, 0.0);
         // By half a unit of its last digit it may have been rounded.
         let half = 2_f64.powi(-30);

@@ -242,7 +242,8 @@ fn run_program(options: &Args, command: &str, order: f64, out: &mut Output) -> R
         }
     };
     for (name, set, problem) in &problems {
-        let request = Request { problem: Some(name.clone()), set: set.clone(), ..Request::default() };
+        let request =
+            Request { problem: Some(name.clone()), t_end: options.t_end, set: set.clone(), ..Request::default() };
         let (truth, found) = measure_program(&**problem, &program, &request, None, &ladder)?;
         let notes = found.notes.iter().map(|note| format!("; {note}")).collect::<String>();
         let check = Check {

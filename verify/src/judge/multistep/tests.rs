@@ -606,7 +606,7 @@ fn the_sector_ends_at_the_deepest_bay_of_the_locus() {
     {
         let theory = theory(rho, sigma);
         let angles = (1..20_000).map(|k| theory.locus(PI * f64::from(k) / 20_000.0)).filter(|z| z.re < 0.0);
-        let least = angles.map(|z| z.im.abs().atan2(-z.re).to_degrees()).fold(90.0, f64::min);
+        let least = angles.map(|z| z.im.abs().atan2(-z.re).to_degrees()).smallest();
         approx::assert_abs_diff_eq!(theory.alpha.expect("an angle"), least, epsilon = 1e-4);
     }
 }
