@@ -49,12 +49,15 @@ impl Past {
 
     /// A state of rest that the equation leaves.
     pub(super) fn rests_where_unstable(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
+        if !self.rests() {
+            return None;
+        }
         let [(t_before, before), (t, v)] = self.last_step();
         let (h, moved) = (t - t_before, distance(v, before));
         let mut f = vec![0.0; v.len()];
         problem.ode().rhs(*t, v, &mut f);
         let (rate_of_f, least) = (max_norm(&f), REST * self.largest);
-        if !self.rests() || h * rate_of_f > least {
+        if h * rate_of_f > least {
             return None;
         }
         let a = jacobian(problem, *t, v);
