@@ -318,7 +318,7 @@ mod tests {
         assert!(weights.error_norm.is_none() && weights.beyond().is_none());
     }
 
-    /// With w = bᵀA⁻¹ = (−2, 8/3) and c = (1/2, 3/4), w·cᵏ is 1 up to k = 2, so that errors are of order 3 but for those divided by λ, which
+    /// With w = bᵀA⁻¹ = (−2, 8/3) and c = (1/2, 3/4), w·cᵏ is 1 for k = 1 and 2, so that errors are of order 3 but for those divided by λ, which
     /// are of order 2: neither are all.
     #[test]
     fn no_order_is_told_of_errors_that_lose_against_others_divided_by_lambda() {

@@ -229,6 +229,9 @@ fn long_names_leave_the_table_of_a_comparison_as_wide_as_a_terminal() {
 fn a_program_is_asked_for_the_end_that_is_set() {
     let dir = directory("asked");
     let (script, kept) = (dir.join("keep.sh"), dir.join("kept"));
+    if kept.exists() {
+        fs::remove_file(&kept).expect("it can be removed");
+    }
     fs::write(&script, format!("echo \"$@\" >>'{}'\nexit 1\n", kept.display())).expect("writable");
     let program = format!("sh '{}'", script.display());
     let (code, out, error) =

@@ -612,6 +612,7 @@ mod tests {
     }
 
     /// Euler's method on v̇ = −v/T to a part of the time T asked for, with a last step that is cut, and times that are off by a part.
+    #[cfg(unix)]
     fn measured_to(time: f64, part: f64, off: f64) -> Programs {
         let script = format!(
             "BEGIN {{ for (i = 1; i < ARGC; i++) {{ if (ARGV[i] == \"--h\") h = ARGV[i + 1]; if (ARGV[i] == \"--t-end\") T = ARGV[i + 1] }} \

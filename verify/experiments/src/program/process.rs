@@ -164,8 +164,10 @@ mod tests {
         }
         let limit = Duration::from_secs(20);
         let sleeps = [(); 2].map(|()| thread::spawn(move || run(Command::new("sleep").arg("20"), limit)));
+        let start = std::time::Instant::now();
         while running().len() < sleeps.len() {
-            thread::yield_now();
+            assert!(start.elapsed() < limit, "they do not start");
+            thread::sleep(Duration::from_millis(1));
         }
         end_all();
         for sleep in sleeps {

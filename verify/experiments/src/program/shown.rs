@@ -162,6 +162,44 @@ mod tests {
         steps.map(run).to_vec()
     }
 
+    fn answer(times: &[f64], values: &[f64]) -> Answer {
+        let states = values.iter().map(|v| vec![*v]).collect();
+        Answer { times: times.to_vec(), states, printed: Printed::default(), clock: Printed::default() }
+    }
+
+    /// To nine digits of the time.
+    #[test]
+    fn ends_are_at_the_same_time_but_for_roundings() {
+        let incomparable = |end: f64| {
+            let runs = [
+                (Some(50.0), answer(&[0.0, 50.0, 100.0], &[1.0, 0.6, 0.4])),
+                (Some(25.0), answer(&[0.0, end], &[1.0, 0.5])),
+            ];
+            Shown::by(&runs).incomparable.is_some()
+        };
+        assert_eq!([100.0 + 5e-8, 100.0 + 2e-7].map(incomparable), [false, true]);
+    }
+
+    /// The step of most rows, of which two are cut, as where a run stops on the way and at its end.
+    #[test]
+    fn the_step_of_a_run_is_the_median() {
+        let cut = answer(&[0.0, 0.2, 0.4, 0.41, 0.61, 0.62], &[0.0; 6]);
+        let whole = answer(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.5], &[0.0; 6]);
+        assert_eq!(own_steps(&[(0.2, &cut), (0.1, &whole)]), None);
+    }
+
+    #[test]
+    fn runs_are_told_apart_where_they_first_meet() {
+        let [coarse, fine] =
+            [answer(&[0.0, 0.3, 0.6], &[1.0, 0.5, 0.2]), answer(&[0.0, 0.2, 0.4, 0.6], &[1.0, 0.6, 0.4, 0.3])];
+        assert!(Pair::of((0.3, &coarse), (0.2, &fine)).is_none(), "at the end alone");
+        let [coarse, fine] =
+            [answer(&[0.0, 0.2, 0.4], &[1.0, 0.5, 0.2]), answer(&[0.0, 0.1, 0.2, 0.4], &[1.0, 0.9, 0.6, 0.3])];
+        let pair = Pair::of((0.2, &coarse), (0.1, &fine)).expect("they meet");
+        assert_eq!((pair.ratio, pair.steps), (2.0, 1));
+        assert!((pair.start - 0.1).abs() < 1e-15 && (pair.end - 0.1).abs() < 1e-15);
+    }
+
     #[test]
     fn a_start_of_low_order_is_named_and_no_other() {
         for (start, p, is_named) in

@@ -399,7 +399,10 @@ mod tests {
     #[test]
     fn a_long_reason_stands_right_of_the_verdict() {
         let quantity = quantity("u", 3);
-        let judgement = Judgement { reason: "word ".repeat(20), ..quantity.judge(&Question::default()) };
+        let judgement = Judgement {
+            reason: "word ".repeat(crate::cli::layout::columns() / 4),
+            ..quantity.judge(&Question::default())
+        };
         let text = table(&quantity, &judgement);
         let (first, more) = text.trim_end().rsplit_once('\n').expect("two lines");
         let first = first.lines().last().expect("a line");

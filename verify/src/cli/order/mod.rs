@@ -516,7 +516,7 @@ mod tests {
             stderr: None,
             r_squared: None,
             verdict: Verdict::Fail,
-            reason: &"word ".repeat(20),
+            reason: &"word ".repeat(crate::cli::layout::columns() / 4),
             notes: &[],
             points: vec![point(0.5), point(0.25)],
             of: "a component of the state",

@@ -118,7 +118,12 @@ pub(super) fn told(
 fn turns(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> bool {
     let end = t + WAY * h;
     let solved = solution(problem.ode(), (t, v), &[end], COURSE);
-    let sign = |t: f64, v: &[f64]| jacobian(problem, t, v).determinant().signum();
+    // In units in which neither it nor what it is made of goes beyond all numbers; of a matrix of zeros there is no sign.
+    let sign = |t: f64, v: &[f64]| {
+        let matrix = jacobian(problem, t, v);
+        let scale = matrix.amax();
+        (matrix / scale).determinant().signum()
+    };
     solved.and_then(|mut states| states.pop()).is_some_and(|there| sign(t, v) * sign(end, &there) == -1.0)
 }
 

@@ -22,7 +22,7 @@ pub(in crate::cli::solve) struct Past {
     pub(super) last: Place,
     pub(super) before: Place,
     pub(super) earlier: Place,
-    /// That of the error of the last state.
+    /// The estimate of the error of the last state.
     pub(super) estimate: Option<f64>,
     /// Largest component of all states, the largest value of each, and how far each went from its first value.
     pub(super) largest: f64,

@@ -249,6 +249,9 @@ mod tests {
             Past::of(&rows, None).stuck(&fast, &*by("implicit-euler")).is_some()
         };
         assert_eq!([1.0, 1e7].map(stuck), [true, false]);
+        // Where f is zero nothing is moved.
+        let still = scalar(&[(0.0, 0.0), (1.0, 0.0)], None);
+        assert_eq!(still.stuck(&*growing(-1.0), &*by("implicit-euler")), None);
         // In 10⁻⁸ nothing goes far.
         let rows = [0.0, 1e-8, 2e-8].map(|t| (t, 1.0));
         assert_eq!(scalar(&rows, None).stuck(&*growing(-1.0), &*by("implicit-euler")), None);

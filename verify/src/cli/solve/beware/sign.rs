@@ -187,7 +187,7 @@ mod tests {
         assert!(!lets_none([1.0, 1e-3], [1.6, -1e-4]), "as it ends");
     }
 
-    /// In a step from t = 1 to 3, which is longer than 1, all but t = 2 let y through, or none does.
+    /// In a step from t = 1 to 3, which is longer than 1, y is let through nowhere, or at the first, the last or the middle time alone.
     #[test]
     fn f_is_asked_all_along_the_time_of_a_step() {
         let lets_none = |f: &str| {
@@ -208,6 +208,10 @@ mod tests {
             lets_none(model.ode(), [&(0.0, vec![1e-3]), &(1.0, vec![-1e-4])], 0, 1.0)
         };
         assert_eq!(["0*y", "1 + 0*y", "1e-4 + y"].map(lets_none), [false, false, true]);
+        // f is −0 where y is, and it points to neither side.
+        assert!(lets_none("-y"));
+        let decaying = model("u_i { y = 0 } F_i { -y }");
+        assert!(!super::lets_none(decaying.ode(), [&(0.0, vec![-1.0]), &(1.0, vec![-1.0])], 0, 1.0), "it stands still");
     }
 
     /// ẏ = 2y − 1/2 + cos 8πt pushes it back in each quarter of the step, and takes it beyond zero all the same.
@@ -231,7 +235,12 @@ mod tests {
         assert_eq!([15, 16].map(crossed), [Some((0, 1.0, -1.0)), None]);
         let told = followed(&growing, &[(0.0, [1.0]), (1.0, [-1.0])]).told(&growing).expect("it is wrong");
         assert!(told.starts_with("in the step to t = 1 y changes its sign, to -1.00000"), "{told}");
-        // What leaves zero changes none.
+        // What leaves zero changes none, nor what comes to it.
+        let falling = model("u_i { y = 1 } F_i { -y }");
+        assert!(followed(&falling, &[(0.0, [-1.0]), (1.0, [0.0])]).aside.iter().all(Option::is_none));
+        // A part of the largest value.
+        let far = |to: f64| followed(&growing, &[(0.0, [10.0]), (1.0, [to])]).crossed.is_some();
+        assert_eq!([-9e-3, -1.1e-2].map(far), [false, true]);
         assert_eq!(followed(&growing, &[(0.0, [0.0]), (1.0, [-1.0])]).crossed, None);
     }
 }

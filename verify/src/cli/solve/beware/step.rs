@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(past.amplified(&slow, &*by("rk4")), None);
     }
 
-    /// Method I of a chain damps it by 2 in a hundred, its eigenvalues alone by 10 and by 60.
+    /// Method I of a chain damps it by 3 and by 1 in a hundred, its eigenvalues alone by 10 and by 60.
     #[test]
     fn what_is_damped_far_less_than_its_modes_is_told() {
         let told = |coupling: f64, h: f64| {
@@ -245,7 +245,7 @@ mod tests {
         assert!(told.contains("with v in units of 9e-10 of those of x"), "{told}");
     }
 
-    /// Implicit Euler of v̇ = −v comes to 1/2 where the solution comes to 1/e, by 0.132 of what it was, and to as much after.
+    /// Implicit Euler of v̇ = −v comes to 1/2 where the solution comes to 1/e, by 0.132 of what it was.
     #[test]
     fn a_step_is_off_beyond_a_tenth_of_the_solution_and_thrice_the_estimate() {
         let off = |sizes: f64, estimate: f64, name: &str| {
