@@ -124,8 +124,7 @@ pub fn measure_program(
     }
     let mut cut = Vec::new();
     if matches!(fit.verdict, Verdict::Pass | Verdict::Measured) {
-        let leaves_half = |(h, _): &Ran| horizon / ((horizon / h).round() + 0.5);
-        cut = study.runs(&answers.iter().map(leaves_half).collect::<Vec<_>>());
+        cut = study.runs(&answers.iter().map(|(h, _)| leaving_half(horizon, *h)).collect::<Vec<_>>());
         notes.extend(study.judge_cut(truth, &cut, &mut fit)?);
     }
     let ok = || answers.iter().chain(&cut).filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
@@ -379,6 +378,11 @@ impl Study<'_> {
     }
 }
 
+/// The step a little shorter than `h` half of which is left over at the end.
+fn leaving_half(horizon: f64, h: f64) -> f64 {
+    horizon / ((horizon / h).round() + 0.5)
+}
+
 /// The numbers that a run in steps of `h` writes, so many in each row.
 fn written(horizon: f64, h: f64, columns: usize) -> f64 {
     horizon / h * columns as f64
@@ -609,6 +613,11 @@ mod tests {
             }
         }
         assert_eq!(increasing([0.5, 0.0, 1.0, 0.25, 0.5].into_iter()), [0.25, 0.5, 1.0]);
+    }
+
+    #[test]
+    fn half_a_step_is_left_over_by_shorter_steps() {
+        assert_eq!([1.0, 0.5, 0.125].map(|h| 2.0 / leaving_half(2.0, h)), [2.5, 4.5, 16.5]);
     }
 
     /// Euler's method on v̇ = −v/T to a part of the time T asked for, with a last step that is cut, and times that are off by a part.

@@ -277,6 +277,13 @@ mod tests {
         assert_eq!([told(0.33, 1.0), told(0.34, 1.0), told(0.0, 990.0), told(0.0, 1010.0)], [true, false, true, false]);
     }
 
+    #[test]
+    fn a_flat_pulse_is_told_where_it_begins() {
+        let rate = "heaviside(t - 3.6)*heaviside(3.9 - t)";
+        let t = followed(rate, 2, (5, 5.0), |forcing| forcing.missed[0].t);
+        assert!((3.6..3.6 + 1e-3).contains(&t), "{t}");
+    }
+
     /// A pulse of height 10 that comes to 1.77 at t = 7.25, and one of half its height; of few steps all are places, of many the 64 that miss most.
     #[test]
     fn places_are_those_where_most_is_missed() {
