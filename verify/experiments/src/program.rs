@@ -539,7 +539,7 @@ mod tests {
     #[cfg(unix)]
     fn an_output_without_end_is_cut_off() {
         // Whatever is to come after it.
-        let endless = Program::new("sh -c 'yes; sleep 60'", Duration::from_secs(30)).expect("a command");
+        let endless = Program::new("sh -c 'yes; sleep 60'", Duration::from_secs(50)).expect("a command");
         assert_eq!(endless.run(&Request::default(), &columns()), Err(ProgramError::TooLong(MOST)));
     }
 

@@ -152,19 +152,15 @@ impl Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::solve::equation::model;
-    use verify::{method, problem};
+    use crate::cli::solve::equation::{by, growing, model};
+    use verify::problem;
 
     fn watch(problem: &dyn Problem, rows: &[(f64, &[f64])]) -> Watch {
-        let (mut watch, method) = (Watch::default(), method::parse("rk4").expect("known"));
+        let (mut watch, method) = (Watch::default(), by("rk4"));
         for (t, state) in rows {
             watch.add(problem, &*method, Row { t: *t, state, estimate: None, has_ended: *t > 3.0 });
         }
         watch
-    }
-
-    fn growing(rate: f64) -> Box<dyn Problem> {
-        problem::build("linear-drag", &[("lambda".into(), (-rate).to_string())]).expect("registered")
     }
 
     fn leaps(h: f64, values: &[f64]) -> bool {
@@ -217,7 +213,7 @@ mod tests {
     /// The end of the exact solution is said of a run that has no step, too.
     #[test]
     fn the_first_row_beyond_the_solution_is_told() {
-        let (still, method) = (growing(-1.0), method::parse("rk4").expect("known"));
+        let (still, method) = (growing(-1.0), by("rk4"));
         let told = |rows: &[(f64, &[f64])]| watch(&*still, rows).warnings(&*still, &*method).0;
         assert_eq!(told(&[(0.0, &[1.0])]), Vec::<String>::new());
         let ended = "the exact solution ends before t = 4; the rows from there on approximate nothing";

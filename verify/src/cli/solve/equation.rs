@@ -40,6 +40,18 @@ pub(super) fn model(text: &str) -> verify::problem::model::Model {
     verify::problem::model::Model::of_text(text, &[], None).expect("a model")
 }
 
+/// v̇ = rate v.
+#[cfg(test)]
+pub(super) fn growing(rate: f64) -> Box<dyn Problem> {
+    verify::problem::build("linear-drag", &[("lambda".into(), (-rate).to_string())]).expect("registered")
+}
+
+/// The method of this name.
+#[cfg(test)]
+pub(super) fn by(name: &str) -> Box<dyn verify::method::Method> {
+    verify::method::parse(name).expect("registered")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

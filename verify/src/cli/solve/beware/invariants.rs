@@ -148,6 +148,8 @@ mod tests {
             "{text}"
         );
         assert!(changed(1e-5).is_some());
+        // Of rates of any size.
+        assert!(told("-1e4*x*y, 2e4*x*y", [8.0, 1.0], [7.0, 3.2]).is_some());
     }
 
     /// ẏ = y (y − 10⁸)/10⁸, which is at rest in both rows and conserves nothing, in units in which its rates are much larger than their derivatives.

@@ -171,16 +171,7 @@ fn moves(problem: &dyn Problem, method: &dyn Method, (v, k): (&[f64], usize), h:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::solve::equation::model;
-    use verify::{method, problem};
-
-    fn growing(rate: f64) -> Box<dyn Problem> {
-        problem::build("linear-drag", &[("lambda".into(), (-rate).to_string())]).expect("registered")
-    }
-
-    fn by(name: &str) -> Box<dyn Method> {
-        method::parse(name).expect("registered")
-    }
+    use crate::cli::solve::equation::{by, growing, model};
 
     fn scalar(rows: &[(f64, f64)], estimate: Option<f64>) -> Past {
         let rows: Vec<_> = rows.iter().map(|(t, x)| (*t, [*x])).collect();

@@ -145,17 +145,9 @@ fn is_step_off(ode: &dyn Ode, [start, end]: [&Place; 2], (k, far): (usize, f64))
 mod tests {
     use super::super::Row;
     use super::*;
-    use crate::cli::solve::equation::model;
+    use crate::cli::solve::equation::{by, growing, model};
     use verify::measure::norm::distance;
-    use verify::{method, problem};
-
-    fn decaying(rate: f64) -> Box<dyn Problem> {
-        problem::build("linear-drag", &[("lambda".into(), rate.to_string())]).expect("registered")
-    }
-
-    fn by(name: &str) -> Box<dyn Method> {
-        method::parse(name).expect("registered")
-    }
+    use verify::problem;
 
     fn scalar(rows: &[(f64, f64)]) -> Past {
         let rows: Vec<_> = rows.iter().map(|(t, x)| (*t, [*x])).collect();
@@ -180,12 +172,12 @@ mod tests {
             let after = |v: f64| v * (1.0 - part * (1.0 - (-1.0_f64).exp()));
             let rows = [size, after(size), after(after(size))];
             let past = scalar(&[(0.0, rows[0]), (1.0, rows[1]), (2.0, rows[2])]);
-            past.lags(&*decaying(1.0), &*by("implicit-euler")).is_some()
+            past.lags(&*growing(-1.0), &*by("implicit-euler")).is_some()
         };
         assert_eq!([0.9, 1.1].map(|part| lags(part * LAGS, 1.0)), [true, false]);
         // One step alone may be the last of a way.
         let past = scalar(&[(0.0, 1.0), (1.0, 0.4), (2.0, 0.4)]);
-        assert_eq!(past.lags(&*decaying(1.0), &*by("implicit-euler")), None);
+        assert_eq!(past.lags(&*growing(-1.0), &*by("implicit-euler")), None);
         // What is as small as the errors of a reference moves nothing.
         assert_eq!([2e-7, 1e-7].map(|size| lags(0.5 * LAGS, size)), [true, false]);
     }
@@ -193,7 +185,7 @@ mod tests {
     /// The classical method beyond its limit of 2.79, and within; midpoint, which keeps of a fast mode all but 4·10⁻⁸; a mode that is slow beside one of 10⁶ is told of by none.
     #[test]
     fn what_a_method_amplifies_is_told_and_what_it_keeps_is_not() {
-        let told = |rate: f64, name: &str| scalar(&[(5.0, 1.0), (6.0, 1.0)]).amplified(&*decaying(rate), &*by(name));
+        let told = |rate: f64, name: &str| scalar(&[(5.0, 1.0), (6.0, 1.0)]).amplified(&*growing(-rate), &*by(name));
         let text = told(2.9, "rk4").expect("it is amplified");
         assert!(
             text.contains("steps of h = 1 multiply a perturbation by 1.18") && text.contains("errors grow"),
@@ -250,7 +242,7 @@ mod tests {
     fn a_step_is_off_beyond_a_tenth_of_the_solution_and_thrice_the_estimate() {
         let off = |sizes: f64, estimate: f64, name: &str| {
             let past = Past { sizes: vec![sizes], ..scalar(&[(0.0, 1.0), (1.0, 0.5), (2.0, 0.25)]) };
-            past.off(&*decaying(1.0), &*by(name), 1.0, estimate)
+            past.off(&*growing(-1.0), &*by(name), 1.0, estimate)
         };
         let text = off(1.0, 0.0, "implicit-euler").expect("it is off");
         assert!(text.starts_with("of the equation linearised at t = 0 a step of h = 1 is off by 0.132121"), "{text}");
@@ -265,7 +257,7 @@ mod tests {
     fn a_step_in_which_solutions_grow_beyond_e_is_not_off() {
         let off = |rate: f64| {
             let past = scalar(&[(0.0, 1.0), (1.0, 10.0), (2.0, 100.0)]);
-            Past { sizes: vec![1.0], ..past }.off(&*decaying(-rate), &*by("implicit-euler"), 1.0, 0.0).is_some()
+            Past { sizes: vec![1.0], ..past }.off(&*growing(rate), &*by("implicit-euler"), 1.0, 0.0).is_some()
         };
         assert_eq!([0.9, 1.1].map(off), [true, false]);
     }
