@@ -266,7 +266,7 @@ mod tests {
     use std::sync::Mutex;
     use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-    /// Springs of stiffness 1, 100 and 4 on masses 1, 1 and 2.
+    /// Springs of stiffness 1, 100 and 4 on masses 1, 1 and 2, and others that push the second against both.
     struct Springs;
 
     impl LagrangianFn for Springs {
@@ -275,6 +275,7 @@ mod tests {
         }
         fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
             (v[0] * v[0] + v[1] * v[1]) * 0.5 + v[2] * v[2] - q[0] * q[0] * 0.5 - q[1] * q[1] * 50.0 - q[2] * q[2] * 2.0
+                + (q[0] + q[2]) * q[1] * 30.0
         }
     }
 
@@ -378,6 +379,7 @@ mod tests {
         let (q, mut column) = ([0.1, 0.2, 0.3], [0.0; 3]);
         assert!(mass.stiffness(&l, 0.0, &q, &mut column).is_nan());
         mass.inverse(&l, (0.0, 0.1), &q, &[0.0; 3]).expect("separable");
-        approx::assert_relative_eq!(mass.stiffness(&l, 0.0, &q, &mut column), 100.0, max_relative = 1e-14);
+        // 30/1 + 100/1 + 30/2.
+        approx::assert_relative_eq!(mass.stiffness(&l, 0.0, &q, &mut column), 145.0, max_relative = 1e-14);
     }
 }

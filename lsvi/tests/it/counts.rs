@@ -362,8 +362,8 @@ fn a_system_solved_again_with_more_damping_is_a_factorization_more() {
     assert_eq!(method.work().factorizations, solved);
 }
 
-/// A discretisation that counts the equations it is asked for.
-struct Asked<D>(D, Arc<AtomicU64>);
+/// A discretisation that counts the equations it is asked for, and how often for their derivatives.
+struct Asked<D>(D, Arc<[AtomicU64; 2]>);
 
 impl<D: DiscreteLegendre> DiscreteLegendre for Asked<D> {
     fn dim(&self) -> usize {
@@ -382,10 +382,12 @@ impl<D: DiscreteLegendre> DiscreteLegendre for Asked<D> {
         self.0.momentum(at, q0, x, w, out);
     }
     fn equations(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
-        self.1.fetch_add(1, Relaxed);
+        self.1[0].fetch_add(1, Relaxed);
         self.0.equations(at, q0, x, w, out);
     }
     fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
+        // Of a momentum at the start it is part of the derivatives of the step before.
+        self.1[1].fetch_add(u64::from(w.beta != 0.0), Relaxed);
         self.0.add_derivative(at, q0, x, w, out);
     }
     fn add_start_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
@@ -394,10 +396,10 @@ impl<D: DiscreteLegendre> DiscreteLegendre for Asked<D> {
 }
 
 #[test]
-fn a_window_counts_the_equations_of_each_of_its_steps() {
+fn a_window_counts_the_equations_and_the_factors_of_each_of_its_steps() {
     let drag = field!(1, |_t, v, dv| dv[0] = -v[0] - v[0] * v[0] * 0.1);
     for length in [1, 4, 10_u32] {
-        let asked = Arc::new(AtomicU64::new(0));
+        let asked = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
         let discrete = Asked(Trapezoidal::new(LeastSquares::new(&drag).expect("usable")), asked.clone());
         let window = Window::new(discrete, length as usize).expect("a length");
         let h = 0.005;
@@ -407,11 +409,15 @@ fn a_window_counts_the_equations_of_each_of_its_steps() {
             for _ in 0..length {
                 run.step().expect("solvable");
             }
-            (asked.load(Relaxed), run.work().residuals)
+            let [equations, derivatives] = [0, 1].map(|i| asked[i].load(Relaxed));
+            [(equations, run.work().residuals), (derivatives, run.work().factorizations)]
         };
         // The first window asks for the limits for h → 0 besides.
         let (before, after) = (steps(), steps());
-        assert_eq!(after.0 - before.0, after.1 - before.1, "windows of {length}");
+        for (before, after) in before.into_iter().zip(after) {
+            assert_eq!(after.0 - before.0, after.1 - before.1, "windows of {length}");
+            assert!(after.1 > before.1, "windows of {length}");
+        }
     }
 }
 

@@ -104,6 +104,24 @@ impl Seen {
     }
 }
 
+/// The last Jacobian: diffsol asks for products of each with as many vectors as it has columns, or colours.
+#[derive(Default)]
+struct Jacobian {
+    at: Option<(f64, Vec<f64>)>,
+    entries: Vec<(usize, usize, f64)>,
+}
+
+impl Jacobian {
+    fn entries(&mut self, ode: &dyn Ode, t: f64, v: &[f64]) -> &[(usize, usize, f64)] {
+        if !self.at.as_ref().is_some_and(|(at, of)| *at == t && of == v) {
+            self.entries.clear();
+            ode.jacobian(t, v, &mut |i, j, entry| self.entries.push((i, j, entry)));
+            self.at = Some((t, v.to_vec()));
+        }
+        &self.entries
+    }
+}
+
 impl Diffsol {
     /// Builds the problem and starts the method; `reached` holds the initial time and follows the solve.
     fn integrate<M, L>(
@@ -129,9 +147,10 @@ impl Diffsol {
                 seen.not_finite.replace(Some(format!("component {i} of f is {x} at t = {t}")));
             }
         };
+        let last = RefCell::new(Jacobian::default());
         let jacobian_times = |v: &[f64], _: &[f64], t: f64, x: &[f64], y: &mut [f64]| {
             y.fill(0.0);
-            ode.jacobian(t, v, &mut |i, j, entry| y[i] += entry * x[j]);
+            last.borrow_mut().entries(ode, t, v).iter().for_each(|(i, j, entry)| y[*i] += entry * x[*j]);
         };
         // diffsol would choose a first step of NaN and never leave the initial time.
         rhs(v0, &[], reached.get(), &mut vec![0.0; v0.len()]);
