@@ -76,7 +76,10 @@ pub fn check(field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Res
     Probe::new(field).check(field, t, v, tolerance)
 }
 
-/// Steps `method`, an integrator of `field`, with steps of size `h` until |f| ≤ `tolerance` or the state rests.
+/// Steps `method`, an integrator of `field`, with steps of size `h` until |f| ≤ `tolerance`, now and at later times, or the state rests.
+///
+/// Whether the steady state is stable is not asked: a method that damps what grows, as Method I does in long steps, may come to one that the
+/// solution leaves.
 ///
 /// # Errors
 /// [`SteadyError::Spurious`] if the state rests with a larger |f|, [`SteadyError::NotReached`] after `most` steps,
@@ -105,7 +108,10 @@ pub fn march(
         residual = probe.residual(field, state.t, &state.q);
         let change = before.iter().zip(&state.q).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         let rest = REST * f64::EPSILON * max_norm(&state.q);
-        if residual <= tolerance || change <= rest {
+        let is_small = residual <= tolerance;
+        let is_steady =
+            is_small && LATER.iter().all(|steps| probe.residual(field, state.t + steps * h, &state.q) <= tolerance);
+        if is_steady || (change <= rest && !is_small) {
             // A state that moves by no more than that in a step may have an |f| of as much per h.
             probe.set_mass(&mass, rest / h);
             let residual = probe.check(field, state.t, &state.q, tolerance)?;
@@ -114,6 +120,9 @@ pub fn march(
     }
     Err(SteadyError::NotReached { steps: most, residual })
 }
+
+/// Steps after which f is asked again: where it depends on time it may be zero for a moment.
+const LATER: [f64; 3] = [0.382, 1.618, 7.236];
 
 /// Roundings by which a state that rests may change in a step.
 const REST: f64 = 4.0;
@@ -185,6 +194,7 @@ impl Probe {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::classic::{RungeKutta, Tableau};
     use crate::{AutoField, FieldFn, Scalar, method_i};
 
     /// v̇ = γ − v²: steady at √γ; Method I also rests where 2 + 2 h v = 0.
@@ -220,6 +230,12 @@ mod tests {
         approx::assert_abs_diff_eq!(steady.state.q[0], 2.0_f64.sqrt(), epsilon = 1e-12);
         let few = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 3);
         assert!(matches!(few, Err(SteadyError::NotReached { steps: 3, .. })), "{few:?}");
+        // RK4 comes to a moment at which cos t is zero.
+        let turning = crate::field!(1, |t, _v, dv| dv[0] = t.cos().into());
+        let rk4 = RungeKutta::new(&turning, Tableau::rk4()).expect("usable");
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let moment = march(rk4, &turning, State::new(0.0, vec![1.0]), quarter, 1e-9, 5);
+        assert!(matches!(moment, Err(SteadyError::NotReached { steps: 5, .. })), "{moment:?}");
         let zero = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 0.0, 3);
         assert!(matches!(zero, Err(SteadyError::Input(InputError::Setting(SettingError::Tolerance(_))))), "{zero:?}");
     }

@@ -1,10 +1,12 @@
 //! The variational integrator: a discrete Legendre transform stepped by a closure.
 
 mod by_residuals;
+mod open;
 
 use nalgebra::DMatrix;
 
 use by_residuals::ByResiduals;
+use open::Condition;
 
 use crate::closure::{Closure, LinearClosure, PositionMomentum};
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
@@ -15,6 +17,9 @@ use crate::newton::{LimitAtZero, Newton, System, Work};
 
 /// One step solves the stationarity conditions and the closure together for the interior values and q₁, then sets
 /// p₁ = D₂L_d, Eqs. (6), (8).
+///
+/// A closure whose α + β vanishes as h → 0, as that of Method II, may leave a step open, where its condition is singular as h → 0: the step is
+/// [`SolveError::Singular`] then.
 #[derive(Debug)]
 pub struct Variational<D, C> {
     discrete: D,
@@ -28,6 +33,8 @@ pub struct Variational<D, C> {
     momenta: Option<Box<Momenta>>,
     /// None before the first step that needs it.
     by_residuals: Option<Box<ByResiduals>>,
+    /// None before the first step that needs it, of closures whose α + β vanishes as h → 0.
+    condition: Option<Box<Condition>>,
 }
 
 /// Work space for the two momenta of closures that are not linear, and their derivatives.
@@ -70,6 +77,7 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
             impulse: vec![0.0; discrete.dim()],
             momenta: (!is_linear).then(|| Box::new(Momenta::new(&discrete, unknowns))),
             by_residuals: None,
+            condition: None,
             discrete,
         }
     }
@@ -303,13 +311,30 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         let at = Interval { start: t, h };
         self.check(at, q, p)?;
         if self.by_residuals.as_ref().is_some_and(|by| by.is_in_use) && self.solve_by_residuals(at, q, p) {
-            return Ok(());
+            return self.check_condition(at, q);
         }
-        let Err(source) = self.solve_by_momenta(at, q, p) else { return Ok(()) };
+        let Err(source) = self.solve_by_momenta(at, q, p) else { return self.check_condition(at, q) };
         if source.is_lost() && self.solve_by_residuals(at, q, p) {
-            return Ok(());
+            return self.check_condition(at, q);
         }
+        let source = if source.is_lost() && self.is_open(at, q) { SolveError::Singular } else { source };
         Err(StepError::Solve { t, h, source })
+    }
+
+    /// Whether the closure leaves a step open.
+    fn is_open(&mut self, at: Interval, q: &[f64]) -> bool {
+        let Some(closure) = self.closure.linear().filter(|closure| closure.weights(0.0).cancel()) else { return false };
+        let (discrete, unknowns) = (&mut self.discrete, self.unknowns.len());
+        let condition = self.condition.get_or_insert_with(|| Box::new(Condition::new(discrete, unknowns)));
+        condition.is_open(discrete, closure.weights(at.h), at, q)
+    }
+
+    /// Refuses a step that the closure leaves open: one of those that meet it has been found, and is no better than another.
+    fn check_condition(&mut self, at: Interval, q: &[f64]) -> Result<(), StepError> {
+        if self.is_open(at, q) {
+            return Err(StepError::Solve { t: at.start, h: at.h, source: SolveError::Singular });
+        }
+        Ok(())
     }
 
     /// Finds the unknowns by the equations of the momenta.

@@ -4,11 +4,8 @@
 //! residual is free, and with it the step: v₁ is what the curvature of f and roundings make of it.
 
 use crate::discrete::MomentumWeights;
-use crate::linalg::{FactorError, Jacobian, Lu, Structure, inverse_norm};
+use crate::linalg::{Jacobian, NumericalRank, ROUNDINGS, Structure};
 use crate::mass::Mass;
-
-/// Roundings in an entry of J, which may be a sum of terms that cancel.
-const ROUNDINGS: f64 = 256.0;
 
 /// Whether each component of f is the rounding of its own terms, those of J v, as in a state of rest, whatever the units; into `terms`, the
 /// size of these.
@@ -22,54 +19,21 @@ pub(super) fn is_at_rest(f: &[f64], jacobian: &Jacobian, v: &[f64], terms: &mut 
 #[derive(Debug)]
 pub(super) struct Rank {
     matrix: Jacobian,
-    scaled: Jacobian,
-    lu: Lu,
-    rows: Vec<f64>,
-    columns: Vec<f64>,
-    work: [Vec<f64>; 2],
+    rank: NumericalRank,
 }
 
 impl Rank {
     pub(super) fn new(dim: usize, structure: &Structure) -> Self {
-        let matrix = Jacobian::with_structure(dim, structure);
-        let zeros = || vec![0.0; dim];
-        Self {
-            scaled: matrix.clone(),
-            lu: Lu::of(&matrix),
-            matrix,
-            rows: zeros(),
-            columns: zeros(),
-            work: [zeros(), zeros()],
-        }
+        Self { matrix: Jacobian::with_structure(dim, structure), rank: NumericalRank::new(dim, structure) }
     }
 
-    /// Whether K is singular to the roundings of its entries, whatever the units of components and equations: with rows and columns of
-    /// size 1.
+    /// Whether K is singular to the roundings of its entries.
     pub(super) fn is_deficient(&mut self, mass: &Mass, weights: MomentumWeights, h: f64, jacobian: &Jacobian) -> bool {
-        let Self { matrix, scaled, lu, rows, columns, work } = self;
+        let Self { matrix, rank } = self;
         matrix.clear();
         mass.add_to(2.0 * (weights.alpha + weights.beta) / h, matrix);
         jacobian.for_each(|i, j, x| matrix.add(i, j, (weights.alpha - weights.beta) * x));
-        rows.fill(0.0);
-        matrix.for_each(|i, _, x| rows[i] = rows[i].max(x.abs()));
-        columns.fill(0.0);
-        matrix.for_each(|i, j, x| columns[j] = columns[j].max(x.abs() / rows[i]));
-        if rows.iter().chain(columns.iter()).any(|size| *size == 0.0) {
-            return true;
-        }
-        scaled.clear();
-        matrix.for_each(|i, j, x| scaled.add(i, j, x / (rows[i] * columns[j])));
-        match lu.factor(scaled) {
-            Ok(()) => {}
-            Err(error) => return error == FactorError::Singular,
-        }
-        // ‖(K Kᵀ)⁻¹‖, of which the root is that of K⁻¹.
-        let solve = |x: &mut [f64]| {
-            lu.solve(x);
-            lu.solve_transpose(x);
-        };
-        let inverse = inverse_norm(solve, work).sqrt();
-        inverse * f64::EPSILON * ROUNDINGS >= 1.0
+        rank.is_deficient(matrix, matrix)
     }
 }
 

@@ -8,6 +8,7 @@ mod entry;
 mod gram;
 mod jacobian;
 mod product;
+mod rank;
 mod size;
 mod sparse;
 mod structure;
@@ -20,6 +21,7 @@ pub(crate) use condition::inverse_norm;
 pub(crate) use entry::Entry;
 pub(crate) use gram::{Rows, add_with_transpose};
 pub(crate) use product::set_product;
+pub(crate) use rank::{NumericalRank, ROUNDINGS};
 pub(crate) use size::{by_size, size, vectors};
 
 use nalgebra::DMatrix;

@@ -353,3 +353,60 @@ fn another_step_size_starts_a_new_window() {
     fresh.step().expect("solvable");
     assert_eq!((run.state().t, run.state()), (0.1 + 0.05, fresh.state()));
 }
+
+/// Robertson's reaction conserves a sum, and from its start only the first component acts: J has the rank 1, and the curvature of f, 3·10⁷, hides it.
+struct Robertson;
+
+impl FieldFn for Robertson {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        let [slow, back, fast] = [v[0] * 0.04, v[1] * v[2] * 1e4, v[1] * v[1] * 3e7];
+        dv[0] = back - slow;
+        dv[1] = slow - back - fast;
+        dv[2] = fast;
+    }
+}
+
+/// With paths of degree one to three, and in steps of every size, as by [`method_ii`](lsvi::method_ii) itself.
+#[test]
+fn what_method_ii_leaves_open_is_refused_on_every_path() {
+    let by = |nodes: usize, h: f64| {
+        let l = LeastSquares::new(field_of(Robertson)).expect("usable");
+        let mut method = Variational::new(Galerkin::lobatto(l, nodes).expect("nodes"), Linear::METHOD_II);
+        method.step(0.0, h, &mut [1.0, 0.0, 0.0], &mut [0.0; 3])
+    };
+    for (nodes, h) in [1, 2, 3].into_iter().flat_map(|nodes| [1e-6, 1e-4, 0.01, 1.0].map(|h| (nodes, h))) {
+        let step = by(nodes, h);
+        assert!(step.is_err(), "{nodes} nodes, h = {h}");
+        let is_open = matches!(step, Err(StepError::Solve { source: SolveError::Singular, .. }));
+        assert!(nodes > 1 || h > 0.01 || is_open, "{nodes} nodes, h = {h}: {step:?}");
+    }
+}
+
+/// However slow beside the step, and beside how fast a component.
+#[test]
+fn what_method_ii_determines_is_found_on_every_path() {
+    struct TwoRates(f64);
+    impl FieldFn for TwoRates {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = v[0] * -self.0;
+            dv[1] = (v[1] - v[0]) * -1e3;
+        }
+    }
+    for rate in [1e-9, 1e-6, 1.0, 1e6] {
+        for nodes in [1, 2, 3] {
+            let l = LeastSquares::new(field_of(TwoRates(rate))).expect("usable");
+            let mut method = Variational::new(Galerkin::lobatto(l, nodes).expect("nodes"), Linear::METHOD_II);
+            let mut v = [1.0, 1.0];
+            method.step(0.0, 0.1, &mut v, &mut [0.0; 2]).expect("determined");
+            let (found, exact) = (v[0], (-0.1 * rate).exp());
+            // What a fast component adds to the error of a slow one is in proportion to its rate too.
+            assert!(rate > 1.0 || (found - exact).abs() < 0.01 * rate + 4.0 * f64::EPSILON, "{rate}, {nodes}: {found}");
+        }
+    }
+}

@@ -10,7 +10,7 @@ use lsvi::{
     AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, Factored, FieldFn, ForceFn, Forced, Grid,
     InputError, Integrator, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep,
     Preconditioner, Scalar, SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory,
-    VectorField, Window, Work, least_squares, method_i, method_ii,
+    VectorField, Window, Work, field, least_squares, method_i, method_ii,
 };
 
 fn wave(n: usize, k: f64) -> Vec<f64> {
@@ -417,6 +417,20 @@ impl VectorField for Misfit {
     fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
         (0..v.len()).for_each(|i| out.add(i, i, scale));
     }
+}
+
+/// 2v̇ = −2v with a mass that is known by products is v̇ = −v.
+#[test]
+fn bdf2_solves_with_a_mass_that_is_an_operator() {
+    let decay = field!(3, |_t, v, dv| (0..3).for_each(|i| dv[i] = -v[i]));
+    let end = |method| {
+        let trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.5, -2.0]), 0.1, 1.0).expect("usable");
+        trajectory.observe(|_| {}).expect("solvable").q
+    };
+    let expected = end(Bdf2::new(decay).expect("dense"));
+    let method = Bdf2::with_solver(Massive, || Iterative::new(Unscaled)).expect("products are enough");
+    let trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.5, -2.0]), 0.1, 1.0).expect("usable");
+    assert_close(&trajectory.observe(|_| {}).expect("solvable").q, &expected, 1e-9, "BDF2");
 }
 
 #[test]
