@@ -2,6 +2,7 @@
 
 mod answer;
 mod doubt;
+mod open;
 mod verdict;
 
 use rayon::prelude::*;

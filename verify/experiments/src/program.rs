@@ -393,6 +393,11 @@ mod tests {
         let clipped = |text: &str, h: f64| read(text.as_bytes(), &columns()).expect("a table").clipped(h);
         assert_eq!(clipped("t,v\n0,1\n0.2,1\n0.4,1\n0.5,1\n", 0.2), None, "0.1 may be 0.2");
         assert_eq!(clipped("t,v\n0,1\n0.50,1\n1.00,1\n", 0.5), None, "the last is whole");
+        let of_values = clipped("t,v\n0,1\n0.500000,1\n1.000000,1\n1.400000,1\n", 0.5);
+        assert!(
+            of_values.is_some_and(|part| (part - 0.8).abs() < 1e-5),
+            "the digits of the values are none of the times: {of_values:?}"
+        );
         assert_eq!(clipped("t,v\n0,1\n0.30,1\n", 0.5), None, "a step alone is as long as it is");
         for (text, line) in [
             ("t,v\n0,1\n1,NaN\n", 3),

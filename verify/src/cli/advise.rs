@@ -523,6 +523,11 @@ mod tests {
             show("drag", (1.0, own), 1e-3, advice, &mut out).expect("written");
             String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ")
         };
+        let limited = Trial { longest: Some(0.0625), ..trial("radau-adaptive", Some(vec![1e-6]), 100.0) };
+        let mut run = Vec::new();
+        command(&[], 1.0, &limited, &mut run).expect("written");
+        let run = String::from_utf8(run).expect("UTF-8");
+        assert!(run.contains("--h 0.0625") && run.contains("--rtol 1.25e-1"), "{run}");
         let text = told(&advice, 1.0);
         let taken = "TAKE rk4 with h = 0.125: in the trial its largest absolute error at 8 times was 1.5e-6, measured to 2e-8, for \
                      40 evaluations, 2.5 times fewer than radau-adaptive.";

@@ -84,7 +84,8 @@ time, errors of an adaptive method beyond all that its tolerances allow, a
 solution that is smaller than the absolute one; where none of these is found,
 an error that other solvers tell and the estimate does not. Derivatives are
 looked at up to 64 unknowns, other solvers asked of models up to 256, if they
-are done soon.
+are done soon. A place at which f acts for much less than a step may be passed
+over by the run, its finer one and those solvers alike.
 
 The steps of radau-adaptive are chosen by an estimate of lower order, held to a
 tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then

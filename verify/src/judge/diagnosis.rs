@@ -73,6 +73,11 @@ pub enum Diagnosis {
         /// The order that the coefficients have then.
         order: u32,
     },
+    /// Decimals that are the expansions of doubles make everything hold to the rounding of these.
+    Doubles {
+        /// The order that the coefficients have then.
+        order: u32,
+    },
     /// c is not the sums of the rows, no change of one coefficient makes it so, and the orders claimed hold with it on v̇ = f(t, v): a
     /// method that is meant so.
     OwnTimes,
@@ -182,8 +187,12 @@ impl Diagnosis {
             Some(_) if rows.is_empty() && !falls_short => return Self::Sound,
             _ => {}
         }
-        if let Some(order) = truncated(tableau, theory, claimed, claimed_embedded) {
+        if let Some(order) = order_of(&tableau.of_truncated(), theory, claimed, claimed_embedded) {
             return Self::Truncated { order };
+        }
+        let of_doubles = tableau.of_doubles();
+        if let Some(order) = of_doubles.and_then(|doubles| order_of(&doubles, theory, claimed, claimed_embedded)) {
+            return Self::Doubles { order };
         }
         if let (Some(p), Some(e)) = (claimed, embedded)
             && rows.is_empty()
@@ -215,10 +224,10 @@ fn is_refuted(theory: &dyn Analysis, p: u32) -> bool {
     theory.find(Property::Order(p)).is_some_and(|finding| finding.outcome == Outcome::Fail)
 }
 
-/// The order of the method whose decimals the file has cut off, where it is the one claimed, and all row sums hold; without a claim, where
+/// The order of a tableau whose decimals are read in another way, where it is the one claimed, and all row sums hold; without a claim, where
 /// that mends more than one free parameter would.
-fn truncated(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Option<u32> {
-    let numbers = tableau.of_truncated().numbers();
+fn order_of(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Option<u32> {
+    let numbers = tableau.numbers();
     if tableau.c.is_some() && !numbers.row_defects().iter().all(Real::may_be_zero) {
         return None;
     }

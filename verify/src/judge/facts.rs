@@ -59,6 +59,10 @@ impl Judgement {
                  and all row sums hold. Rounded, or as fractions, they would do.{}",
                 self.sum_of_weights()
             )),
+            Diagnosis::Doubles { order } => Some(format!(
+                "The decimals are doubles, printed to more digits than a double has: to its rounding they have order {order}, and all row sums \
+                 hold. `digits = 15` in the file reads them so, and fractions would do."
+            )),
             Diagnosis::LabelTooLow { order } => {
                 let claimed = self.file.order().unwrap_or(0);
                 Some(format!(
@@ -454,6 +458,23 @@ mod tests {
         assert!(matches!(judgement.diagnosis, Diagnosis::Truncated { .. }), "{:?}", judgement.diagnosis);
         let told = judgement.diagnosis_text().expect("it is cut off");
         assert!(told.contains("The weights add up to 1 -2.00e-13."), "{told}");
+    }
+
+    /// Kutta's third order with 1/6 and 2/3 as `%.20f` prints them, and with another digit at the end.
+    #[test]
+    fn doubles_that_are_printed_to_twenty_places_are_told_from_wrong_coefficients() {
+        let diagnosis = |third: &str| {
+            let sixth = "'0.16666666666666665741'";
+            let text = format!(
+                "order = 3\nc = [0, '1/2', 1]\na = [[], ['1/2'], [-1, 2]]\nb = [{sixth}, '{third}', {sixth}]\n"
+            );
+            let file = crate::judge::file::MethodFile::parse("m.toml", "m", &text).expect("a method");
+            let judgement = Judgement::new(file, crate::judge::Effort::Theory);
+            (matches!(judgement.diagnosis, Diagnosis::Doubles { order: 3 }), judgement.diagnosis_text())
+        };
+        let (is_of_doubles, told) = diagnosis("0.66666666666666662966");
+        assert!(is_of_doubles && told.is_some_and(|text| text.contains("`digits = 15` in the file")));
+        assert!(!diagnosis("0.66666666666666663966").0);
     }
 
     /// The implicit midpoint rule with a diagnosis of another method.

@@ -74,6 +74,14 @@ impl Real {
         self + &Self::double(self.radius.copysign(self.to_f64()))
     }
 
+    /// The numbers that are rounded to the double of which this one is the expansion, as far as it is printed; `None` if it is none of a double.
+    #[must_use]
+    pub(super) fn of_double(&self) -> Option<Self> {
+        let double = self.to_f64();
+        let exact = Self::double(double);
+        (self - &exact).may_be_zero().then(|| exact.widened(0.5 * f64::EPSILON * double.abs()))
+    }
+
     /// The same without its uncertainty.
     #[must_use]
     pub fn centre(&self) -> Self {

@@ -115,17 +115,27 @@ impl Tableau {
 
     /// The same with decimals that were cut off after their last digit, in place of rounded.
     pub(super) fn of_truncated(&self) -> Self {
-        let row = |row: &[Coefficient]| {
-            let truncated = |x: &Coefficient| Coefficient { real: x.real.of_truncated(), ..x.clone() };
-            row.iter().map(|x| if x.exact.is_some() { x.clone() } else { truncated(x) }).collect::<Vec<_>>()
+        self.of_decimals(|x| Some(x.of_truncated())).unwrap_or_else(|| self.clone())
+    }
+
+    /// The same with doubles in place of decimals, if all of these are printed from such.
+    pub(super) fn of_doubles(&self) -> Option<Self> {
+        self.of_decimals(Real::of_double)
+    }
+
+    fn of_decimals(&self, of: impl Fn(&Real) -> Option<Real>) -> Option<Self> {
+        let row = |row: &[Coefficient]| -> Option<Vec<_>> {
+            let changed = |x: &Coefficient| Some(Coefficient { real: of(&x.real)?, ..x.clone() });
+            row.iter().map(|x| if x.exact.is_some() { Some(x.clone()) } else { changed(x) }).collect()
         };
-        Self {
-            a: self.a.iter().map(|entries| row(entries)).collect(),
-            b: row(&self.b),
-            c: self.c.as_deref().map(row),
-            b_hat: self.b_hat.as_deref().map(row),
+        let option = |list: &Option<Vec<Coefficient>>| list.as_deref().map_or(Some(None), |list| row(list).map(Some));
+        Some(Self {
+            a: self.a.iter().map(|entries| row(entries)).collect::<Option<_>>()?,
+            b: row(&self.b)?,
+            c: option(&self.c)?,
+            b_hat: option(&self.b_hat)?,
             radicands: self.radicands.clone(),
-        }
+        })
     }
 
     /// The coefficient at `place`, if there is one.

@@ -18,6 +18,18 @@ pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
                 1.0 - r_squared < 1e-9 || points <= 2.0 || stderr >= 0.99 * scatter
             })
         }
+        // A matrix is factored for an evaluation of the equations at least, and each step evaluates them.
+        "work-precision" => {
+            disagreeing(table, ["steps", "residuals", "factorizations"], |[steps, residuals, factorizations]| {
+                residuals >= factorizations && residuals >= steps
+            })
+        }
+        "tolerances" => {
+            disagreeing(table, ["steps", "evaluations", "factorizations"], |[steps, evaluations, factorizations]| {
+                evaluations > factorizations && evaluations >= steps
+            })
+        }
+        "order-points" => disagreeing(table, ["error", "floor"], |[error, floor]| error != floor || error == 0.0),
         "stability-axes" => amplified(table),
         _ => Vec::new(),
     };

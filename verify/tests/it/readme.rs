@@ -38,14 +38,16 @@ fn the_changes_that_are_not_noticed_are_those_of_their_list() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
     let read = |name: &str| std::fs::read_to_string(root.join(name)).expect(name);
     let (readme, account) = (read("README.md"), read("scripts/schemata/known/README.md"));
-    for package in ["lsvi", "verify"] {
+    for (package, entries) in [("lsvi", "changes"), ("verify", "kinds")] {
         let list = read(&format!("scripts/schemata/known/{package}.txt"));
         let part = account.split("\n## ").find_map(|part| part.strip_prefix(package)).expect("a part");
         let counts = list.lines().next().and_then(|line| line.strip_prefix("# Of ")).expect("counts in the first line");
         assert!(part.contains(counts), "{counts}");
         let place = format!("{package}/");
         let known = list.lines().filter(|line| line.starts_with(&place)).count();
-        assert!(part.contains(&format!(" {known} kinds of change")), "{known} kinds of change are listed");
+        let is_by_place = list.lines().any(|line| line.ends_with(" of 2)"));
+        assert_eq!(is_by_place, entries == "changes", "{package}");
+        assert!(part.contains(&format!(" {known} {entries} ")), "{known} {entries} are listed");
         let untested = list.split("# No test yet").nth(1).map(|last| {
             let untested = last.lines().filter(|line| line.starts_with(&place)).count();
             format!(" {untested} without a test yet")
@@ -76,7 +78,7 @@ fn the_changes_that_are_not_noticed_are_those_of_their_list() {
             before(" are not within "),
         );
         let listed = format!(
-            " {known} kinds{} ([account](scripts/schemata/known/README.md#{package})) |",
+            " {known} {entries}{} ([account](scripts/schemata/known/README.md#{package})) |",
             untested.map_or_else(String::new, |untested| format!(",{untested}"))
         );
         let row = readme.lines().find(|line| line.starts_with('|') && line.contains(command)).expect("a row");

@@ -40,6 +40,8 @@ pub struct Found {
     pub first: f64,
     /// At the end.
     pub end: f64,
+    /// Matrices that were factored.
+    pub factorizations: u64,
     /// Evaluations of f: as many for each evaluation of its step equations as a method has stages.
     pub evaluations: u64,
 }
@@ -65,7 +67,7 @@ impl Experiment for EndErrors {
             count += 1;
         })?;
         let evaluations = u64::from(method.traits().stages) * run.work.residuals;
-        Ok(Found { first, end: error(&run.end.q, run.end.t), evaluations })
+        Ok(Found { first, end: error(&run.end.q, run.end.t), factorizations: run.work.factorizations, evaluations })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Linear systems whose matrix is not normal: stable ones that a method amplifies, and dissipative ones.
 
+use lsvi::OneStep;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -320,6 +321,24 @@ impl Experiment for Rotations {
             }
         }
         Ok(found)
+    }
+}
+
+/// A step of Method I with h = 1 from t = 0 on v̇ = −10(1 − t) v, which decays until t = 1.
+#[derive(Debug)]
+pub struct Fading;
+
+impl Experiment for Fading {
+    const ID: &'static str = "fading";
+    /// What the step multiplies v by.
+    type Found = f64;
+
+    fn measure(&self, _: &Context) -> Result<f64, StudyError> {
+        let fading = lsvi::field!(1, |t, v, dv| dv[0] = v[0] * (10.0 * (t - 1.0)));
+        let mut v = [1.0];
+        let mut method = lsvi::method_i(fading).map_err(|error| error.to_string())?;
+        OneStep::step(&mut method, 0.0, 1.0, &mut v, &mut [0.0]).map_err(|error| error.to_string())?;
+        Ok(v[0])
     }
 }
 

@@ -299,6 +299,8 @@ mod tests {
         let ring = DMatrix::from_fn(64, 64, |i, j| if (i + 1) % 64 == j { 1.0 } else { 0.0 });
         let found = eigenvalues(&ring);
         assert!(found.len() == 64 && found.iter().all(|z| (z.norm() - 1.0).abs() < 1e-10), "{found:?}");
+        let found = eigenvalues(&(ring * 1024.0));
+        assert!(found.iter().all(|z| (z.norm() / 1024.0 - 1.0).abs() < 1e-10), "{found:?}");
         let nilpotent = DMatrix::from_fn(5, 5, |i, j| if i + 1 == j { 1e3 } else { 0.0 });
         assert_eq!(eigenvalues(&nilpotent), [Complex::from(0.0); 5]);
         let unknown = DMatrix::from_element(3, 3, f64::NAN);

@@ -6,7 +6,7 @@ use crate::claim::measure::{at_most, beside_one, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::experiment::momentum_map::{Closed, MomentumMap};
 use crate::experiment::non_normal::{
-    self, Amplified, AmplifiedFrom, Dissipative, MARGIN, ROUNDOFF, Rotation, Rotations, SingularlyDamped,
+    self, Amplified, AmplifiedFrom, Dissipative, Fading, MARGIN, ROUNDOFF, Rotation, Rotations, SingularlyDamped,
 };
 use crate::experiment::one_step::{LeavesAt, OneStep};
 use crate::experiment::step_equation::{self, StepEquation};
@@ -27,7 +27,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-b-1",
         source: "[S24] Section 3, Eq. (23)",
-        statement: "Method I is stable at every step size on the test problem, and on dissipative systems if they are linear (our restriction).",
+        statement: "Method I is stable at every step size on the test problem, and on dissipative systems if they are linear with constant \
+                    coefficients (our restriction).",
         quantifier: Quantifier::Universal,
         criterion: "Live steps contract on v̇ = −v and on every damped plane rotation, and the spectral radius of a live step \
                     is at most 1 on random systems whose matrix has a negative semidefinite symmetric part.",
@@ -54,8 +55,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-c-1",
         source: "[S24] Section 3, Eq. (25)",
-        statement: "Method II is stable at every step size on the test problem, and on stable systems that are linear with an invertible matrix \
-                    (our restriction).",
+        statement: "Method II is stable at every step size on the test problem, and on stable systems that are linear with a constant and \
+                    invertible matrix (our restriction).",
         quantifier: Quantifier::Universal,
         criterion: "Live steps contract on v̇ = −v and on every damped plane rotation, and the spectral radius of a live step \
                     is at most 1 on the stable system of 3 unknowns that the search of S24-b-3, made for Method II, finds to be amplified most.",
@@ -122,17 +123,20 @@ fn method_i_on_dissipative_systems(context: &Context) -> Result<Finding, StudyEr
     }
     let largest = cases[cases.len() - found.len()..].iter().map(|case| case.measured).largest();
     let evidence = format!(
-        "Linear scalars, rotations and linear dissipative systems are stable at every step size; the largest spectral radius of the last \
+        "Linear scalars, rotations and linear dissipative systems with constant coefficients are stable at every step size; the largest spectral radius of the last \
          is {}.",
         beside_one(largest, ROUNDOFF)
     );
-    Ok(Finding::on(cases, evidence).because(
+    let fading = *context.get(Fading)?;
+    Ok(Finding::on(cases, evidence).because(format!(
         "For v̇ = Av one step is (I − hS + ½h²AᵀA)⁻¹(I + hK) with the symmetric and skew parts S and K of A. For a unit eigenvector v \
          with factor λ, (1 − h v*Sv + ½h²|Av|²) λ = 1 + h v*Kv. Where S is negative semidefinite, v*Kv = iκ and |Av|² ≥ κ² give \
          |λ|² ≤ (1 + h²κ²)/(1 + ½h²κ²)² ≤ 1. The eigenvalues of a step are bounded so, its norm is not. That the eigenvalues of A \
          do not lie in the right half-plane is not enough (S24-b-3), and neither is dissipation where the problem is not linear \
-         (S24-h-1).",
-    ))
+         (S24-h-1) or A depends on time: on v̇ = a(t) v a step is (2 + ha₀ − ha₁)/(1 + (1 − ha₁)²), without a bound on a₀ < 0. On v̇ = −10(1 − t) v, from t = 0 \
+         with h = 1, it multiplies v by {}.",
+        text(fading)
+    )))
 }
 
 /// Steps on normal systems, on one whose matrix is singular, and on the stable system that is amplified most, which is returned too.
@@ -164,7 +168,7 @@ fn method_ii_on_stable_systems(context: &Context) -> Result<Finding, StudyError>
         text(worst.radius)
     );
     Ok(Finding::on(cases, evidence)
-        .holds_where("On stable linear systems with an invertible matrix (S24-c-1).")
+        .holds_where("On stable linear systems with a constant and invertible matrix (S24-c-1).")
         .because(
             "L_d = (v₁ − v₀)²/(2h) on v̇ = 0 has p₁ = p₀ whatever v₁ is. In general Jᵀ(r₀ + r₁) = 0 leaves the residual free along the null vectors of Jᵀ, so that a step is not determined where the matrix is \
              singular. Method I, whose step is determined there, amplifies other systems (S24-b-3).",
@@ -182,7 +186,7 @@ fn method_i_on_stable_systems(context: &Context) -> Result<Finding, StudyError> 
         text(worst.radius)
     );
     Ok(Finding::on(cases, evidence)
-        .holds_where("On stable linear scalars, on stable systems with a normal matrix, and on linear dissipative systems (S24-b-1).")
+        .holds_where("Where the coefficients are constant: on stable linear scalars, on stable systems with a normal matrix, and on linear dissipative systems (S24-b-1).")
         .because(format!(
             "Stability of a step is guaranteed by a negative semidefinite symmetric part S, not by the eigenvalues of the matrix. The matrix with rows {}, {}, \
              {} has no eigenvalue right of {}, but S has the eigenvalue {}, so that the system is not dissipative; the \

@@ -145,6 +145,11 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             }),
             "(1 − h v*Sv + ½h²|Av|²) λ = 1 + h v*Kv".into(),
             "|λ|² ≤ (1 + h²κ²)/(1 + ½h²κ²)² ≤ 1".into(),
+            "on v̇ = a(t) v a step is (2 + ha₀ − ha₁)/(1 + (1 − ha₁)²), without a bound on a₀ < 0.".into(),
+            format!("On v̇ = −10(1 − t) v, from t = 0 with h = 1, it multiplies v by {}.", {
+                let [start, end] = [-10.0, 0.0_f64];
+                text((2.0 + start - end) / (1.0 + (1.0 - end).powi(2)))
+            }),
         ]),
         "b-2" => {
             let left = factor("method-i", 1e6);

@@ -106,7 +106,9 @@ impl Past {
             let rate = rates[k].abs();
             // A fast component is at rest nearby, and f is large there all the same.
             let way = (h * rate).min(rate / jacobian[(k, k)].abs());
-            (way.is_finite() && way > REST * self.largest && self.moved[k] <= REST * way).then(|| {
+            // What has gone far does not stay, however far f would move it from where it has come to.
+            let stays = self.moved[k] <= REST * way.min(self.largest);
+            (way.is_finite() && way > REST * self.largest && stays).then(|| {
                 let short = jacobian.norm().recip().min(0.5 * h);
                 let remedy = match moves(problem, method, (v, k), short) {
                     true => format!("a step below {} moves it", number(short)),
@@ -243,6 +245,18 @@ mod tests {
         // Where f is zero nothing is moved.
         let still = scalar(&[(0.0, 0.0), (1.0, 0.0)], None);
         assert_eq!(still.stuck(&*growing(-1.0), &*by("implicit-euler")), None);
+        // Where no step is taken from there none helps.
+        let held = model("u_i { x = 1, y = 0 } F_i { -x, x - y*y }");
+        let rows = [0.0, 0.01].map(|t| (t, [1.0 - t, 0.0]));
+        let told = Past::of(&rows, None).stuck(&held, &*by("method-ii")).expect("it is held");
+        assert!(
+            told.starts_with("y stays at 0 all the way, where f moves it") && told.ends_with("no smaller step helps"),
+            "{told}"
+        );
+        // A run that blows up goes on faster than it has come, and has not stayed.
+        let explosive = model("u_i { x = 1 } F_i { 1e40 + 0*x }");
+        let stuck = |x: f64| scalar(&[(0.0, 1.0), (1.0, x)], None).stuck(&explosive, &*by("implicit-euler")).is_some();
+        assert_eq!([1.0, 1e30].map(stuck), [true, false]);
         // In 10⁻⁸ nothing goes far.
         let rows = [0.0, 1e-8, 2e-8].map(|t| (t, 1.0));
         assert_eq!(scalar(&rows, None).stuck(&*growing(-1.0), &*by("implicit-euler")), None);
