@@ -1,6 +1,6 @@
 //! The mutants of packages, as cargo-mutants lists them.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::process::Command;
 
@@ -13,6 +13,9 @@ pub struct Mutant {
     /// From 1 on, in the order of the list.
     #[serde(skip)]
     pub id: u32,
+    /// Which of the changes of its function that are named alike it is, and how many there are.
+    #[serde(skip)]
+    place: (usize, usize),
     pub name: String,
     pub file: String,
     pub genre: Genre,
@@ -44,9 +47,15 @@ pub struct Position {
 
 impl Mutant {
     /// The name without the line and the column, which move with every edit.
-    pub fn change(&self) -> String {
-        let change = self.name.splitn(4, ':').nth(3).unwrap_or_default();
-        format!("{}:{change}", self.file)
+    fn kind(&self) -> String {
+        let kind = self.name.splitn(4, ':').nth(3).unwrap_or_default();
+        format!("{}:{kind}", self.file)
+    }
+
+    /// Whether it is among `known` changes: by itself, as the function's second of three such in `… (2 of 3)`, or with all of its kind.
+    pub fn is_among(&self, known: &HashSet<String>) -> bool {
+        let (kind, (place, of)) = (self.kind(), self.place);
+        known.contains(&format!("{kind} ({place} of {of})")) || known.contains(&kind)
     }
 }
 
@@ -66,8 +75,15 @@ pub fn mutants(packages: &[String], files: &[String]) -> Result<Vec<Mutant>, Fai
     list.args(files.iter().flat_map(|file| ["--file", file]));
     let list = read(&mut list)?;
     let mut mutants: Vec<Mutant> = serde_json::from_str(&list)?;
+    let mut alike = HashMap::<_, Vec<usize>>::new();
     for (i, mutant) in mutants.iter_mut().enumerate() {
         mutant.id = i as u32 + 1;
+        alike.entry(mutant.kind()).or_default().push(i);
+    }
+    for alike in alike.into_values() {
+        for (k, &i) in alike.iter().enumerate() {
+            mutants[i].place = (k + 1, alike.len());
+        }
     }
     Ok(mutants)
 }

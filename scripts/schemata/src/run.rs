@@ -91,7 +91,7 @@ pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) ->
     let counts = Mutex::new(HashMap::<Outcome, usize>::new());
     in_parallel(options.jobs, mutants, |job, mutant| {
         let mut outcome = session.outcome(mutant, &out.join(format!("said-{job}")))?;
-        if matches!(outcome, Outcome::Missed | Outcome::NotCovered) && known.contains(&mutant.change()) {
+        if matches!(outcome, Outcome::Missed | Outcome::NotCovered) && mutant.is_among(&known) {
             outcome = Outcome::Known;
         }
         writeln!(file.lock().unwrap(), "{outcome:?},{}", mutant.name)?;
