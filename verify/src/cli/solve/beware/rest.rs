@@ -106,8 +106,8 @@ impl Past {
             let rate = rates[k].abs();
             // A fast component is at rest nearby, and f is large there all the same.
             let way = (h * rate).min(rate / jacobian[(k, k)].abs());
-            // What has gone far does not stay, however far f would move it from where it has come to.
-            let stays = self.moved[k] <= REST * way.min(self.largest);
+            // What has gone further than the start is large does not stay, however far f would move it from there.
+            let stays = self.moved[k] <= (REST * way).min(max_norm(&self.first));
             (way.is_finite() && way > REST * self.largest && stays).then(|| {
                 let short = jacobian.norm().recip().min(0.5 * h);
                 let remedy = match moves(problem, method, (v, k), short) {
@@ -253,10 +253,15 @@ mod tests {
             told.starts_with("y stays at 0 all the way, where f moves it") && told.ends_with("no smaller step helps"),
             "{told}"
         );
-        // A run that blows up goes on faster than it has come, and has not stayed.
+        // A run that blows up goes on faster than it has come, and has not stayed, nor has what another component is far ahead of.
         let explosive = model("u_i { x = 1 } F_i { 1e40 + 0*x }");
         let stuck = |x: f64| scalar(&[(0.0, 1.0), (1.0, x)], None).stuck(&explosive, &*by("implicit-euler")).is_some();
         assert_eq!([1.0, 1e30].map(stuck), [true, false]);
+        let explosive = model("u_i { x = 1, y = 1 } F_i { 1e90 + 0*x, 1e99 + 0*y }");
+        let beside = |x: f64| {
+            Past::of(&[(0.0, [1.0, 1.0]), (1.0, [x, 1e80])], None).stuck(&explosive, &*by("implicit-euler")).is_some()
+        };
+        assert_eq!([1.0, 1e30].map(beside), [true, false]);
         // In 10⁻⁸ nothing goes far.
         let rows = [0.0, 1e-8, 2e-8].map(|t| (t, 1.0));
         assert_eq!(scalar(&rows, None).stuck(&*growing(-1.0), &*by("implicit-euler")), None);
