@@ -780,6 +780,25 @@ mod tests {
         assert_eq!(told(&format!("{first} - {second}")), None);
     }
 
+    /// Of a flow that is driven by a force of t, which is another one at the start.
+    #[test]
+    fn the_rate_at_the_end_is_that_of_the_time_there() {
+        let words =
+            "solve --problem cavity-manufactured --set cells=8 --method method-i --h 0.5 --t-end 1 --no-estimate";
+        let args = <Asked as clap::Parser>::try_parse_from(words.split(' ')).expect("it makes sense").args;
+        let solve = Solve::new(&args).expect("it makes sense");
+        let summary = solve.follow(|_| Ok(ControlFlow::Continue(()))).ok().expect("it runs");
+        let end = summary.watch.past.ends().1;
+        let largest = |t: f64| {
+            let mut f = vec![0.0; end.len()];
+            solve.problem.field().rhs(t, end, &mut f);
+            max_norm(&f)
+        };
+        let (rate, _) = summary.effort.expect("of a flow");
+        assert!((rate - largest(1.0)).abs() < 1e-12 && (rate - 0.011_457_0).abs() < 5e-8, "{rate}");
+        assert!((rate - largest(0.0)).abs() > 1e-3, "{rate}");
+    }
+
     #[test]
     fn what_is_not_looked_at_is_told_of_large_models() {
         let limits = |n: usize| {

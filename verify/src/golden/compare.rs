@@ -238,3 +238,29 @@ fn read(snapshot: &Snapshot) -> (Vec<Recorded>, Vec<Malformed>) {
         SnapshotContents::Text(text) => parse(text.to_string().as_bytes()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By more than the tolerance of the value, which the distance is left at.
+    #[test]
+    fn a_truth_that_was_edited_is_noticed() {
+        let row = |truth: f64| {
+            let truth = Truth { value: truth, allowance: 1e-2, source: "a table".into() };
+            Row::number("catalan", 0.916, Tolerance::relative(1e-3, "printed to three digits")).with_truth(truth)
+        };
+        let truth = 0.915_965_594_177_219_f64;
+        let changes = |part: f64| {
+            let distance = Some((0.916 - truth).abs());
+            let old = Recorded { row: row(truth * (1.0 + part * 1e-3)), distance };
+            compare(&[old], &[row(truth)]).into_iter().map(|change| change.difference).collect::<Vec<_>>()
+        };
+        assert_eq!([-0.9, 0.9].map(changes), [vec![], vec![]]);
+        for part in [-1.1, 1.1] {
+            let differences = changes(part);
+            let [Difference::Text { column: "truth", new, .. }] = &differences[..] else { panic!("{differences:?}") };
+            assert_eq!(*new, truth.to_string());
+        }
+    }
+}

@@ -409,21 +409,44 @@ mod tests {
         assert!(first.contains(": word") && first.find("word") == more.find("word"), "{text}");
     }
 
-    #[test]
-    fn a_blank_line_stands_between_quantities() {
+    /// What is written of quantities with these options.
+    fn judged(options: &[&str], quantities: &[Quantity]) -> Result<String, Failure> {
         #[derive(clap::Parser)]
         struct Asked {
             #[command(flatten)]
             args: Args,
         }
+        let words = ["order", "--data", "x.csv"].iter().chain(options);
+        let args = <Asked as clap::Parser>::try_parse_from(words).expect("it makes sense").args;
+        let mut out = Vec::new();
+        let judged = args.data.judge((quantities, &Shown::default()), &args, &mut out);
+        judged.map(|_| String::from_utf8(out).expect("UTF-8"))
+    }
+
+    /// Of four grids, of which the coarsest three have another order; the ratio is 2.
+    #[test]
+    fn the_procedure_of_celik_is_told_of_the_finest_three_grids() {
+        let mut f = quantity("f", 4);
+        f.grids.iter_mut().zip([0.50, 0.30, 0.245, 0.2305]).for_each(|(grid, value)| grid.value = Some(value));
+        let json = judged(&["--format", "json"], &[f]).expect("judged");
+        let celik = &serde_json::from_str::<serde_json::Value>(&json).expect("JSON")["celik"];
+        let (fine, medium) = (0.245 - 0.2305, 0.30 - 0.245);
+        // What extrapolation takes from the finest value, by 2^p = medium / fine.
+        let taken: f64 = fine / (medium / fine - 1.0);
+        for (name, value) in [
+            ("order", (medium / fine).log2()),
+            ("limit", 0.2305 - taken),
+            ("gci_fine", 1.25 * taken / 0.2305),
+            ("gci_medium", 1.25 * taken * medium / fine / 0.245),
+        ] {
+            let told = celik[name].as_f64().expect("a number");
+            assert!((told - value).abs() < 1e-12, "{name}: {told}, and it is {value}");
+        }
+    }
+
+    #[test]
+    fn a_blank_line_stands_between_quantities() {
         let quantities = ["u", "v"].map(|name| quantity(name, 3));
-        let judged = |options: &[&str], quantities: &[Quantity]| {
-            let words = ["order", "--data", "x.csv"].iter().chain(options);
-            let args = <Asked as clap::Parser>::try_parse_from(words).expect("it makes sense").args;
-            let mut out = Vec::new();
-            let judged = args.data.judge((quantities, &Shown::default()), &args, &mut out);
-            judged.map(|_| String::from_utf8(out).expect("UTF-8"))
-        };
         let exact = |quantities: &[Quantity]| judged(&["--exact", "1"], quantities).is_ok();
         assert!(exact(&quantities[..1]) && !exact(&quantities), "an exact value is that of one quantity");
         let text = judged(&[], &quantities).expect("judged");

@@ -172,3 +172,30 @@ impl ProgramArgs {
         program(command, self.time_limit.unwrap_or(TIME_LIMIT))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts of cells and spacings alike, and what is set beside them reaches every run.
+    #[test]
+    fn a_grid_is_asked_for_beside_what_is_set() {
+        let set = |name: &str, value: &str| (name.to_owned(), value.to_owned());
+        let request = Request { t_end: Some(2.0), set: vec![set("re", "100")], ..Request::default() };
+        for (name, values, spacings) in
+            [("cells", ["32", "64"], [1.0 / 32.0, 1.0 / 64.0]), ("dx", ["0.5", "0.25"], [0.5, 0.25])]
+        {
+            let refine = Some(set(name, &values.join(",")));
+            let asked = ProgramArgs { program: None, time_limit: None, h: vec![0.125], refine };
+            let grids = asked.grids(&request).expect("positive numbers");
+            let runs: Vec<_> = grids.iter().map(|grid| (grid.spacing, &grid.request)).collect();
+            let of = |value: &str| Request {
+                h: Some(0.125),
+                set: vec![set("re", "100"), set(name, value)],
+                ..request.clone()
+            };
+            let wanted = values.map(of);
+            assert_eq!(runs, spacings.into_iter().zip(&wanted).collect::<Vec<_>>());
+        }
+    }
+}

@@ -248,6 +248,13 @@ mod tests {
         assert!(text.starts_with("of the equation linearised at t = 0 a step of h = 1 is off by 0.132121"), "{text}");
         assert_eq!([1.2, 1.4].map(|size| off(size, 0.0, "implicit-euler").is_some()), [true, false]);
         assert_eq!([0.043, 0.045].map(|estimate| off(1.0, estimate, "implicit-euler").is_some()), [true, false]);
+        // At half the rate; what tells is a step below 1 over the rate, whatever h is.
+        let past = scalar(&[(0.0, 1.0), (4.0, 1.0 / 3.0), (8.0, 1.0 / 9.0)]);
+        let text = past.off(&*growing(-0.5), &*by("implicit-euler"), 4.0, 0.0).expect("it is off");
+        assert!(
+            text.contains(" a step of h = 4 is off by 0.197998 ") && text.contains(" a step below 2.00000, tells"),
+            "{text}"
+        );
         // By the linearised equation rk4 is off by 0.007 alone, whatever the rows of the run are.
         assert_eq!(off(1.0, 0.0, "rk4"), None);
     }
