@@ -220,7 +220,8 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
 
     fn work(&self) -> Work {
         let works = self.newton.iter().map(|newton| newton.work).chain(self.by_residuals.iter().map(|by| by.work()));
-        works.fold(self.taken, |sum, work| sum + work)
+        let factorizations = self.condition.as_ref().map_or(0, |condition| condition.factorizations());
+        works.fold(Work { factorizations, ..self.taken }, |sum, work| sum + work)
     }
 }
 
@@ -306,19 +307,23 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         Ok(evaluations.is_some())
     }
 
-    /// Finds the unknowns of the step.
+    /// Finds the unknowns of the step. Where the closure leaves it open, those that meet it are no better than others, and it is refused.
     fn solve(&mut self, t: f64, h: f64, q: &[f64], p: &[f64]) -> Result<(), StepError> {
         let at = Interval { start: t, h };
         self.check(at, q, p)?;
+        let found = self.find_unknowns(at, q, p);
+        let may_be_open = found.as_ref().err().is_none_or(SolveError::is_lost);
+        let found = if may_be_open && self.is_open(at, q) { Err(SolveError::Singular) } else { found };
+        found.map_err(|source| StepError::Solve { t, h, source })
+    }
+
+    fn find_unknowns(&mut self, at: Interval, q: &[f64], p: &[f64]) -> Result<(), SolveError> {
         if self.by_residuals.as_ref().is_some_and(|by| by.is_in_use) && self.solve_by_residuals(at, q, p) {
-            return self.check_condition(at, q);
+            return Ok(());
         }
-        let Err(source) = self.solve_by_momenta(at, q, p) else { return self.check_condition(at, q) };
-        if source.is_lost() && self.solve_by_residuals(at, q, p) {
-            return self.check_condition(at, q);
-        }
-        let source = if source.is_lost() && self.is_open(at, q) { SolveError::Singular } else { source };
-        Err(StepError::Solve { t, h, source })
+        let found = self.solve_by_momenta(at, q, p);
+        let is_lost = found.as_ref().is_err_and(SolveError::is_lost);
+        if is_lost && self.solve_by_residuals(at, q, p) { Ok(()) } else { found }
     }
 
     /// Whether the closure leaves a step open.
@@ -327,14 +332,6 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         let (discrete, unknowns) = (&mut self.discrete, self.unknowns.len());
         let condition = self.condition.get_or_insert_with(|| Box::new(Condition::new(discrete, unknowns)));
         condition.is_open(discrete, closure.weights(at.h), at, q)
-    }
-
-    /// Refuses a step that the closure leaves open: one of those that meet it has been found, and is no better than another.
-    fn check_condition(&mut self, at: Interval, q: &[f64]) -> Result<(), StepError> {
-        if self.is_open(at, q) {
-            return Err(StepError::Solve { t: at.start, h: at.h, source: SolveError::Singular });
-        }
-        Ok(())
     }
 
     /// Finds the unknowns by the equations of the momenta.

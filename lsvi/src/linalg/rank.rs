@@ -45,6 +45,42 @@ impl NumericalRank {
             lu.solve_transpose(x);
         };
         let inverse = inverse_norm(solve, work).sqrt();
-        inverse * f64::EPSILON * ROUNDINGS >= 1.0
+        // Solutions that overflow are those of a singular matrix.
+        inverse.is_nan() || inverse * f64::EPSILON * ROUNDINGS >= 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix(entries: [[f64; 2]; 2]) -> Jacobian {
+        let mut matrix = Jacobian::zeros(2);
+        (0..2).for_each(|i| (0..2).for_each(|j| matrix.add(i, j, entries[i][j])));
+        matrix
+    }
+
+    /// What is left of terms that cancel counts beside these, row by row and column by column.
+    #[test]
+    fn entries_count_beside_what_cancelled_in_them() {
+        let is_deficient = |entries: [[f64; 2]; 2], sizes: [[f64; 2]; 2]| {
+            NumericalRank::new(2, &Structure::Dense).is_deficient(&matrix(entries), &matrix(sizes))
+        };
+        let roundings = ROUNDINGS * f64::EPSILON;
+        for (left, expected) in [(0.5, true), (1.0, true), (1.5, false)] {
+            let left = left * roundings;
+            // (left, 0; 0, 1), its first term out of ones; then in units of which a row, or a column, has others.
+            assert_eq!(is_deficient([[left, 0.0], [0.0, 1.0]], [[1.0, 0.0], [0.0, 1.0]]), expected);
+            assert_eq!(is_deficient([[left * 1e200, 0.0], [0.0, 1.0]], [[1e200, 0.0], [0.0, -1.0]]), expected);
+            assert_eq!(is_deficient([[left * 1e-200, 0.0], [0.0, 1.0]], [[1e-200, 1.0], [0.0, 1.0]]), expected);
+            assert!(!is_deficient([[left, 0.0], [0.0, 1.0]], [[left, 0.0], [0.0, 1.0]]));
+        }
+        // The inverse has 1e200 left, and its square no number.
+        assert!(is_deficient([[1e-200, 1.0], [0.0, 1.0]], [[1.0, 1.0], [0.0, 1.0]]));
+        // A component that no condition has, and a condition without components.
+        assert!(is_deficient([[1.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 0.0]]));
+        assert!(is_deficient([[1.0, 1.0], [0.0, 0.0]], [[1.0, 1.0], [0.0, 0.0]]));
+        // What is not finite is no rank.
+        assert!(!is_deficient([[f64::NAN, 0.0], [0.0, 1.0]], [[1.0, 0.0], [0.0, 1.0]]));
     }
 }

@@ -22,6 +22,7 @@ pub(super) struct Condition {
     part: Jacobian,
     still: Vec<f64>,
     rank: NumericalRank,
+    factorizations: u64,
 }
 
 impl Condition {
@@ -35,7 +36,13 @@ impl Condition {
             matrix,
             still,
             rank: NumericalRank::new(unknowns, &structure),
+            factorizations: 0,
         }
+    }
+
+    /// Matrices built and factored so far.
+    pub(super) fn factorizations(&self) -> u64 {
+        self.factorizations
     }
 
     /// Whether it leaves open a step from q₀.
@@ -50,17 +57,13 @@ impl Condition {
         q0: &[f64],
     ) -> bool {
         repeat(q0, &mut self.still);
-        SHORTER.into_iter().all(|part| self.is_deficient(discrete, weights, Interval { h: part * at.h, ..at }, q0))
+        SHORTER.into_iter().all(|part| self.is_deficient(discrete, weights, Interval { h: part * at.h, ..at }))
     }
 
-    fn is_deficient(
-        &mut self,
-        discrete: &mut dyn DiscreteLegendre,
-        weights: MomentumWeights,
-        at: Interval,
-        q0: &[f64],
-    ) -> bool {
-        let Self { matrix, sizes, part, still, rank } = self;
+    /// Whether A/h + B of the path that stays is singular to its roundings.
+    fn is_deficient(&mut self, discrete: &mut dyn DiscreteLegendre, weights: MomentumWeights, at: Interval) -> bool {
+        let Self { matrix, sizes, part, still, rank, factorizations } = self;
+        let q0 = &still[..discrete.dim()];
         matrix.clear();
         for (steps, weight) in STEPS {
             part.clear();
@@ -73,6 +76,57 @@ impl Condition {
             discrete.add_derivative(at, q0, still, momentum, part);
             part.for_each(|i, j, x| sizes.add(i, j, x.abs()));
         }
+        *factorizations += 1;
         rank.is_deficient(matrix, sizes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closure::{Linear, LinearClosure};
+    use crate::discrete::Trapezoidal;
+    use crate::{AutoField, FieldFn, LeastSquares, Scalar};
+
+    /// A component at a rate of its own, which a fast one follows.
+    struct Rates {
+        fast: f64,
+        own: f64,
+    }
+
+    impl FieldFn for Rates {
+        fn dim(&self) -> usize {
+            2
+        }
+
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = v[0] * -self.own;
+            dv[1] = (v[1] - v[0]) * -self.fast;
+        }
+    }
+
+    /// Whether a step of 1 is open by Method II, and how many matrices told.
+    fn open(fast: f64, own: f64) -> (bool, u64) {
+        let mut discrete = Trapezoidal::new(LeastSquares::new(AutoField::new(Rates { fast, own })).expect("dense"));
+        let mut condition = Condition::new(&discrete, 2);
+        let at = Interval { start: 0.0, h: 1.0 };
+        let is_open = condition.is_open(&mut discrete, Linear::METHOD_II.weights(1.0), at, &[1.0, 0.0]);
+        (is_open, condition.factorizations())
+    }
+
+    /// B is −2J, of the size of the rates; beside the slow one stand 1/h and what hJᵀJ has of the fast one.
+    #[test]
+    fn shorter_steps_tell_a_slow_component_from_roundings_of_a_fast_one() {
+        for (fast, own, expected) in [
+            (1.0, 1.0, (false, 1)),
+            (1.0, 0.0, (true, 5)),
+            (1.0, 1e-10, (false, 1)),
+            // own/(h fast²) is 10⁻¹⁴, 3·10⁻¹³ beside 256 ε = 6·10⁻¹⁴; below, 10⁻¹⁵, 3·10⁻¹⁴, 10⁻¹².
+            (1e4, 1e-6, (false, 2)),
+            (1e4, 1e-7, (false, 3)),
+            (1e4, 0.0, (true, 5)),
+        ] {
+            assert_eq!(open(fast, own), expected, "{fast}, {own}");
+        }
     }
 }

@@ -142,7 +142,7 @@ fn parabolic(evidence: &Evidence) -> Result<(), Failed> {
                 between(low, high)
             ),
             format!(
-                "Method I keeps its factors, {own_factors} in the first of these runs where Radau IIA has {radau_factors}, and may be ahead in time"
+                "Method I keeps its factors, {own_factors} in the first of these runs where Radau IIA has {radau_factors}: `advise` compares the work of the two"
             ),
             "in a channel of 64 cells".into(),
             format!(

@@ -18,7 +18,7 @@ pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
                 1.0 - r_squared < 1e-9 || points <= 2.0 || stderr >= 0.99 * scatter
             })
         }
-        // A matrix is factored for an evaluation of the equations at least, and each step evaluates them.
+        // A step evaluates its equations, and no matrix is factored without an evaluation.
         "work-precision" => {
             disagreeing(table, ["steps", "residuals", "factorizations"], |[steps, residuals, factorizations]| {
                 residuals >= factorizations && residuals >= steps
@@ -29,7 +29,14 @@ pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
                 evaluations > factorizations && evaluations >= steps
             })
         }
-        "order-points" => disagreeing(table, ["error", "floor"], |[error, floor]| error != floor || error == 0.0),
+        "order-points" => {
+            let by_use = [("kept", false), ("pre-asymptotic", false), ("at the floor", true)];
+            let of = |(what, is_floored)| {
+                let rows = chosen(table, "use", what);
+                disagreeing(&rows, ["error", "floor"], move |[error, floor]| (error <= 10.0 * floor) == is_floored)
+            };
+            by_use.into_iter().flat_map(of).collect()
+        }
         "stability-axes" => amplified(table),
         _ => Vec::new(),
     };
@@ -37,7 +44,37 @@ pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
         let table = evidence.tables.iter().find(|table| table.id == figure.data).expect("its table");
         figure.panels.iter().flat_map(|panel| misplaced(table, panel))
     });
-    evidence.tables.iter().flat_map(of).chain(marks).chain(misjudged(evidence)).collect()
+    evidence.tables.iter().flat_map(of).chain(marks).chain(misjudged(evidence)).chain(unfounded(evidence)).collect()
+}
+
+/// The orders that are not a mean of slopes between pairs of the points they rest on, as the slope of a line through points is, however these are
+/// weighted.
+fn unfounded(evidence: &Evidence) -> Vec<String> {
+    let [orders, points] = ["orders", "order-points"].map(|id| evidence.tables.iter().find(|table| table.id == id));
+    let (Some(orders), Some(points)) = (orders, points) else { return Vec::new() };
+    let is_founded = |row: &Vec<Cell>| {
+        let of = |name: &str| &row[orders.column(name).expect("a column")];
+        let Some(order) = of("order").number() else { return true };
+        let [problem, method] = ["problem", "method"].map(|name| of(name).to_string());
+        let all = chosen(&chosen(points, "problem", &problem), "method", &method);
+        let kept: Vec<[f64; 2]> =
+            numbers(&chosen(&all, "use", "kept"), ["h", "error"]).map(|row| row.map(f64::ln)).collect();
+        let pairs =
+            kept.iter().enumerate().flat_map(|(i, a)| kept[..i].iter().map(move |b| (a[1] - b[1]) / (a[0] - b[0])));
+        let (least, largest) = (pairs.clone().smallest(), pairs.largest());
+        let counts = [kept.len(), all.rows.len()].map(|count| Some(count as f64));
+        let slack = 1e-9 * order.abs();
+        (least - slack..=largest + slack).contains(&order) && [of("points").number(), of("of").number()] == counts
+    };
+    let rows = orders.rows.iter().filter(|row| !is_founded(row));
+    rows.map(|row| format!("`{}` has a row that its points do not bear: {row:?}", orders.id)).collect()
+}
+
+/// The rows with this text in a column.
+fn chosen(table: &Table, column: &str, text: &str) -> Table {
+    let k = table.column(column).expect("a column");
+    let rows = table.rows.iter().filter(|row| row[k].to_string() == text).cloned().collect();
+    Table { rows, ..table.clone() }
 }
 
 /// The extremes that checks are about, of all the rows that they are about, in the words of this list and not in those of the chapter.
@@ -155,15 +192,19 @@ fn misplaced(table: &Table, panel: &Panel) -> Option<String> {
     (without != marks).then(|| format!("`{}`: {} has marks {marks:?} for {without:?}", table.id, panel.title))
 }
 
-/// The rows in which numbers of these columns do not `agree`; rows without one of them say nothing.
-fn disagreeing<const N: usize>(table: &Table, columns: [&str; N], agree: impl Fn([f64; N]) -> bool) -> Vec<String> {
+/// The numbers of rows that have one in each of these columns.
+fn numbers<const N: usize>(table: &Table, columns: [&str; N]) -> impl Iterator<Item = [f64; N]> {
     let columns = columns.map(|name| table.column(name).expect("a column"));
-    let numbers = |row: &Vec<Cell>| -> Option<[f64; N]> {
+    table.rows.iter().filter_map(move |row| {
         let numbers: Option<Vec<f64>> = columns.iter().map(|&k| row[k].number()).collect();
         numbers?.try_into().ok()
-    };
-    let rows = table.rows.iter().filter_map(numbers);
-    rows.filter(|row| !agree(*row)).map(|row| format!("`{}` has a row with {row:?}", table.id)).collect()
+    })
+}
+
+/// The rows in which numbers of these columns do not `agree`; rows without one of them say nothing.
+fn disagreeing<const N: usize>(table: &Table, columns: [&str; N], agree: impl Fn([f64; N]) -> bool) -> Vec<String> {
+    let rows = numbers(table, columns).filter(|row| !agree(*row));
+    rows.map(|row| format!("`{}` has a row with {row:?}", table.id)).collect()
 }
 
 /// RK4 amplifies beyond hλ = −2.785 and 2.828 i, and both are drawn.

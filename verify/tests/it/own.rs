@@ -885,17 +885,6 @@ fn a_program_is_refined_in_space() {
         let (code, out, error) = order(&[&drag[..], expect].concat());
         assert!(code == status && out.contains(word), "{out}{error}");
     }
-    // What is set reaches the program with each grid.
-    let set = text
-        .replace(
-            "print \"t",
-            "for (i = 1; i < ARGC; i++) if (split(ARGV[i], pair, \"=\") == 2 && pair[1] == \"base\") b = pair[2]
-        print \"t",
-        )
-        .replace("1.5 +", "b +");
-    fs::write(&script, &set).expect("writable");
-    let (code, out, error) = order(&[&drag[..], &["--set", "base=400"]].concat());
-    assert!(code == 0 && flat(&out).contains("extrapolated 400"), "{out}{error}");
     // Spacings are those of all grids where one of them is no number of cells.
     fs::write(&script, text.replace("\"cells\") n = pair[2]", "\"dx\") n = 1 / pair[2]")).expect("writable");
     let (code, out, error) = order(&["--quantity", "drag", "--refine", "dx=2,1,0.5,0.25", "--expect", "2"]);
