@@ -240,6 +240,17 @@ mod tests {
         assert!(matches!(zero, Err(SteadyError::Input(InputError::Setting(SettingError::Tolerance(_))))), "{zero:?}");
     }
 
+    /// A state of rest that f drives from a time on, which is before and behind 0.25 + 7.236 · 0.25 = 2.06.
+    #[test]
+    fn a_state_is_steady_if_f_is_small_for_some_steps_to_come() {
+        let steps = |from: f64| {
+            let field = crate::field!(1, from = from; |t, _v, dv| dv[0] = (t - from).max(0.0).into());
+            let rk4 = RungeKutta::new(&field, Tableau::rk4()).expect("usable");
+            march(rk4, &field, State::new(0.0, vec![1.0]), 0.25, 1e-9, 40).map(|steady| steady.steps).ok()
+        };
+        assert_eq!([2.05, 2.07].map(steps), [None, Some(1)]);
+    }
+
     #[test]
     fn a_march_that_leads_away_tells_the_rate_where_it_ended() {
         let field = crate::field!(1, |_t, v, dv| dv[0] = v[0]);

@@ -86,31 +86,19 @@ mod tests {
     use super::*;
     use crate::closure::{Linear, LinearClosure};
     use crate::discrete::Trapezoidal;
-    use crate::{AutoField, FieldFn, LeastSquares, Scalar};
+    use crate::linalg::ROUNDINGS;
+    use crate::{LeastSquares, field};
 
-    /// A component at a rate of its own, which a fast one follows.
-    struct Rates {
-        fast: f64,
-        own: f64,
-    }
-
-    impl FieldFn for Rates {
-        fn dim(&self) -> usize {
-            2
-        }
-
-        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
-            dv[0] = v[0] * -self.own;
-            dv[1] = (v[1] - v[0]) * -self.fast;
-        }
-    }
-
-    /// Whether a step of 1 is open by Method II, and how many matrices told.
+    /// Whether a step of ½ is open by Method II where a fast component follows one with a rate of its own, and how many matrices told.
     fn open(fast: f64, own: f64) -> (bool, u64) {
-        let mut discrete = Trapezoidal::new(LeastSquares::new(AutoField::new(Rates { fast, own })).expect("dense"));
+        let rates = field!(2, fast = fast, own = own; |_t, v, dv| {
+            dv[0] = v[0] * -own;
+            dv[1] = (v[1] - v[0]) * -fast;
+        });
+        let mut discrete = Trapezoidal::new(LeastSquares::new(rates).expect("dense"));
         let mut condition = Condition::new(&discrete, 2);
-        let at = Interval { start: 0.0, h: 1.0 };
-        let is_open = condition.is_open(&mut discrete, Linear::METHOD_II.weights(1.0), at, &[1.0, 0.0]);
+        let at = Interval { start: 0.0, h: 0.5 };
+        let is_open = condition.is_open(&mut discrete, Linear::METHOD_II.weights(at.h), at, &[1.0, 0.0]);
         (is_open, condition.factorizations())
     }
 
@@ -121,12 +109,27 @@ mod tests {
             (1.0, 1.0, (false, 1)),
             (1.0, 0.0, (true, 5)),
             (1.0, 1e-10, (false, 1)),
-            // own/(h fast²) is 10⁻¹⁴, 3·10⁻¹³ beside 256 ε = 6·10⁻¹⁴; below, 10⁻¹⁵, 3·10⁻¹⁴, 10⁻¹².
-            (1e4, 1e-6, (false, 2)),
-            (1e4, 1e-7, (false, 3)),
-            (1e4, 0.0, (true, 5)),
+            // own/(h fast²) is 5·10⁻¹⁵, 1.6·10⁻¹³ beside 256 ε = 5.7·10⁻¹⁴; below, 10⁻¹⁵, 3·10⁻¹⁴, 10⁻¹².
+            (2e4, 1e-6, (false, 2)),
+            (2e4, 2e-7, (false, 3)),
+            (2e4, 0.0, (true, 5)),
         ] {
             assert_eq!(open(fast, own), expected, "{fast}, {own}");
+        }
+    }
+
+    /// K = −J + hJ²/2 comes of terms 1/h in p₀, and 1/h and little besides in p₁: one counts beside both.
+    #[test]
+    fn what_is_left_of_momenta_counts_beside_either() {
+        for (part, is_open) in [(0.9, true), (1.1, false)] {
+            let h = 0.5;
+            let own = part * ROUNDINGS * f64::EPSILON * 2.0 / h;
+            let decay = field!(1, own = own; |_t, v, dv| dv[0] = v[0] * -own);
+            let mut discrete = Trapezoidal::new(LeastSquares::new(decay).expect("dense"));
+            let mut condition = Condition::new(&discrete, 1);
+            let found =
+                condition.is_open(&mut discrete, Linear::METHOD_II.weights(h), Interval { start: 0.0, h }, &[1.0]);
+            assert_eq!(found, is_open, "{own}");
         }
     }
 }

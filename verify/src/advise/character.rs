@@ -48,6 +48,8 @@ pub struct Character {
     pub growth: Growth,
     /// The largest component at the start, and on the way.
     pub sizes: (f64, f64),
+    /// The largest size of each component on the way.
+    pub largest: Vec<f64>,
     /// How far the solution goes from its start.
     pub moved: f64,
     /// The time up to which the solution was followed.
@@ -126,7 +128,8 @@ impl Character {
     /// Of a problem whose solution is not followed.
     pub(super) fn unseen(problem: &dyn Problem) -> Self {
         let unknowns = problem.field().dim();
-        Self { unknowns, matrices: None, growth: Growth::Unseen, sizes: (f64::NAN, f64::NAN), moved: 0.0, reached: 0.0 }
+        let (growth, sizes, largest) = (Growth::Unseen, (f64::NAN, f64::NAN), Vec::new());
+        Self { unknowns, matrices: None, growth, sizes, largest, moved: 0.0, reached: 0.0 }
     }
 
     /// Along the solution of `problem` by an adaptive method with errors far below the disturbances by which growth is told, as far as it
@@ -139,6 +142,7 @@ impl Character {
         let _ = run(problem, method, h, horizon, |state| states.push((state.t, state.q.clone())));
         let size = |(_, state): &(f64, Vec<f64>)| max_norm(state);
         let sizes = (states.first().map_or(0.0, size), worst(states.iter().map(size)));
+        let largest = (0..unknowns).map(|k| worst(states.iter().map(|(_, state)| state[k].abs()))).collect();
         let start = problem.initial();
         let moved = worst(states.iter().map(|(_, state)| common_distance(state, &start)));
         let reached = states.last().map_or(0.0, |(t, _)| *t);
@@ -146,7 +150,13 @@ impl Character {
         let passed = run_through(problem, method, &between).unwrap_or_default();
         states.extend(between.into_iter().zip(passed));
         let growth = growth(problem, method, horizon, unit);
-        Self { unknowns, matrices: matrices(problem, &states), growth, sizes, moved, reached }
+        Self { unknowns, matrices: matrices(problem, &states), growth, sizes, largest, moved, reached }
+    }
+
+    /// The components that are not zero throughout, and no larger than `error`.
+    pub fn within(&self, error: f64) -> impl Iterator<Item = usize> {
+        let sizes = self.largest.iter().enumerate();
+        sizes.filter(move |(_, size)| **size > 0.0 && **size <= error).map(|(k, _)| k)
     }
 
     /// Whether it has too many unknowns for its matrices to be looked at.

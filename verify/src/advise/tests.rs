@@ -767,12 +767,16 @@ fn an_error_is_told_where_the_solution_is_known_to_a_part_of_it() {
     assert!(found <= 1.1 * advice.target, "{found}");
 }
 
+fn unseen() -> Character {
+    Character::unseen(&*problem::build("linear-drag", &[]).expect("registered"))
+}
+
 /// What growth makes of a tolerance counts where it is beyond a tenth of the error asked for, and where no method is recommended; that there is
 /// no solution always does.
 #[test]
 fn tolerances_are_in_doubt_where_growth_makes_too_much_of_them() {
     let is_doubtful = |growth: Growth, refusal: Option<Refusal>| {
-        let character = Character { unknowns: 1, matrices: None, growth, sizes: (1.0, 1.0), moved: 1.0, reached: 1.0 };
+        let character = Character { growth, ..unseen() };
         let advice =
             Advice { character, trials: Vec::new(), rivals: Vec::new(), uncertainty: 0.0, target: 1e-5, refusal };
         advice.is_doubtful(Held { rtol: 1e-11, scale: 1.0, unit: 1.0 })
@@ -804,8 +808,7 @@ fn tolerances_are_in_doubt_where_growth_makes_too_much_of_them() {
 #[test]
 fn of_two_attempts_the_finer_one_is_told_unless_it_has_no_solution_where_the_other_has_one() {
     let advice = |refusal: Option<Refusal>| {
-        let (growth, sizes) = (Growth::Unseen, (1.0, 1.0));
-        let character = Character { unknowns: 1, matrices: None, growth, sizes, moved: 1.0, reached: 1.0 };
+        let character = unseen();
         Advice { character, trials: Vec::new(), rivals: Vec::new(), uncertainty: 0.0, target: 1e-5, refusal }
     };
     let parting = || Some(Refusal::Parting { difference: 1.0, target: 1e-5 });

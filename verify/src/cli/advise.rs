@@ -6,6 +6,8 @@ use std::io::{self, Write};
 use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::{SolveError, StepError};
 use verify::advise::{Advice, Character, Growth, Refusal, Trial, advise, duration};
+use verify::measure::norm::Extremes;
+use verify::problem::component_names;
 use verify::run::RunError;
 
 use super::Status;
@@ -87,7 +89,7 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
     let advice = advise(&*problem, horizon, options.accuracy, &mut |tried| bar.set_message(tried.to_owned()))?;
     bar.finish_and_clear();
     let own = if options.t_end.is_some() { horizon } else { problem.horizon() };
-    show(&name, (horizon, own), options.accuracy, &advice, out)
+    show((&name, &component_names(&*problem)), (horizon, own), options.accuracy, &advice, out)
         .and_then(|()| commands(&options.problem.options(), horizon, &advice, out))
         .and_then(|()| options.problem.write_caveat(out))
         .map_err(Failure::Output)?;
@@ -98,10 +100,12 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
 const INDENT: usize = 14;
 /// Trials that are shown.
 const SHOWN: usize = 6;
+/// Small components that are named.
+const LISTED: usize = 3;
 
-/// Of a run to a horizon, which may be later than the problem's own.
+/// Of a problem with components of these names, in a run to a horizon, which may be later than the problem's own.
 fn show(
-    name: &str,
+    (name, components): (&str, &[String]),
     (horizon, own): (f64, f64),
     accuracy: f64,
     advice: &Advice,
@@ -125,6 +129,23 @@ fn show(
             paragraph(out, "duration", INDENT, text)?;
         }
         describe(character, horizon, out)?;
+        let small: Vec<_> = character.within(advice.target).collect();
+        if !(small.is_empty() || character.is_large() || matches!(refusal, Some(Refusal::Constant { .. }))) {
+            let name = |k: &usize| match components.len() == character.unknowns {
+                true => components[*k].clone(),
+                false => format!("unknown {}", k + 1),
+            };
+            let mut names: Vec<String> = small.iter().map(name).collect();
+            if names.len() > LISTED {
+                names.splice(LISTED.., [format!("{} more", small.len() - LISTED)]);
+            }
+            let text = format!(
+                "the largest value of {} is {}, within the error asked for, which may be all of it: a smaller `--accuracy` has its digits too",
+                names.join(", "),
+                significant(small.iter().map(|k| character.largest[*k]).largest(), 2),
+            );
+            paragraph(out, "small", INDENT, &text)?;
+        }
     }
     if !trials.is_empty() {
         writeln!(out)?;
@@ -361,7 +382,7 @@ mod tests {
         let (passed, next) = [&*second, &*third].map(|trial| trial.method.clone()).into();
         (advice.trials[0].falls, advice.refusal) = (None, None);
         let mut out = Vec::new();
-        show("linear-drag", (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
+        show(("linear-drag", &[]), (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
         let text = String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
             text.contains(&format!("times fewer than {next}.")) && !text.contains(&format!("fewer than {passed}")),
@@ -493,10 +514,36 @@ mod tests {
         for (target, or_one) in [(5e-4, false), (1e-3, true), (2e-3, true), (f64::NAN, true)] {
             advice.target = target;
             let mut out = Vec::new();
-            show("drag", (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
+            show(("drag", &[]), (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
             let told = String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ");
             assert_eq!(told.contains("relative to the largest component, or to 1"), or_one, "{told}");
         }
+    }
+
+    /// Three of them, and how many more; one that is zero throughout has no digits.
+    #[test]
+    fn components_within_the_error_asked_for_are_named() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let mut advice = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered");
+        let names = ["a", "b", "c", "d", "e", "f"].map(str::to_owned);
+        let mut told = |largest: [f64; 6], names: &[String], refusal: Option<Refusal>| {
+            (advice.target, advice.refusal) = (1e-3, refusal);
+            (advice.character.unknowns, advice.character.largest) = (6, largest.to_vec());
+            let mut out = Vec::new();
+            show(("drag", names), (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
+            let text = String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ");
+            text.split_once("small ").map(|(_, told)| told.split(" within").next().unwrap_or_default().to_owned())
+        };
+        let some = [1.0, 1e-3, 0.0, 2e-4, 1e-4, 1e-5];
+        assert_eq!(told(some, &names, None).as_deref(), Some("the largest value of b, d, e, 1 more is 0.0010,"));
+        let two = [1.0, 1.1e-3, 0.0, 2e-4, 1.0, 1e-5];
+        // What is observed may be no unknown.
+        assert_eq!(
+            told(two, &names[..3], None).as_deref(),
+            Some("the largest value of unknown 4, unknown 6 is 2.0e-4,")
+        );
+        assert_eq!(told([1.0, 1.1e-3, 0.0, 1.0, 1.0, f64::NAN], &names, None), None);
+        assert_eq!(told(some, &names, Some(Refusal::Constant { moved: 1e-4, target: 1e-3 })), None);
     }
 
     /// With its step or its tolerances, its error and what that was measured to, and how much dearer the next is.
@@ -520,7 +567,7 @@ mod tests {
         (advice.uncertainty, advice.refusal) = (2e-8, None);
         let told = |advice: &Advice, own: f64| {
             let mut out = Vec::new();
-            show("drag", (1.0, own), 1e-3, advice, &mut out).expect("written");
+            show(("drag", &[]), (1.0, own), 1e-3, advice, &mut out).expect("written");
             String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ")
         };
         let limited = Trial { longest: Some(0.0625), ..trial("radau-adaptive", Some(vec![1e-6]), 100.0) };

@@ -107,8 +107,7 @@ fn settled(method: &FileMethod, problem: &dyn Problem, longer: &[Box<dyn Problem
 /// The fit with finer steps where the usual ones end before the slopes settle.
 fn refined(method: &FileMethod, problem: &dyn Problem) -> Result<OrderFit, OrderError> {
     let usual = fit(method, problem, None)?;
-    let wants_finer = usual.verdict == order::Verdict::Inconclusive && usual.wants_finer();
-    if wants_finer { fit(method, problem, Some(FINER)) } else { Ok(usual) }
+    if usual.wants_finer() { fit(method, problem, Some(FINER)) } else { Ok(usual) }
 }
 
 /// The fit on a ladder of so many steps, or on the usual one.

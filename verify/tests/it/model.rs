@@ -353,7 +353,7 @@ fn a_mistake_is_shown_with_its_file_and_line() {
         (
             "event",
             "u_i { x = 1 }\nF_i { x }\nstop_i { x - 2 }\n",
-            vec!["event.ds is not", "stop_i, in line 3, states events"],
+            vec!["event.ds is not", "stop_i, in line 3, states events, at which no run here stops; leave it out, or"],
         ),
         ("start", "u_i { x = log(0 - 1) }\nF_i { x }\n", vec!["x at t = 0 = NaN"]),
         (

@@ -247,7 +247,7 @@ impl OrderFit {
         self.trend == Trend::Approaches
     }
 
-    /// Whether finer steps than those of the ladder may settle the slopes: the finest is no floor yet.
+    /// Whether it is inconclusive and finer steps than those of the ladder may settle the slopes: the finest is no floor yet.
     pub fn wants_finer(&self) -> bool {
         let finest = self.points().last().is_some_and(|(_, reason)| reason.is_none());
         finest && matches!(self.trend, Trend::Approaches | Trend::Unsettled)

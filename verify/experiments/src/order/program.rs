@@ -110,7 +110,7 @@ pub fn measure_program(
     let finer = order::ladder(horizon, coarsest, SQRT_2, PROGRAM_LADDER + PROGRAM_FINER);
     let written = finer.last().map_or(f64::INFINITY, |h| written(horizon, *h, study.names.len()));
     let is_own = ladder.coarsest.is_none() && ladder.points.is_none();
-    if is_own && fit.verdict == Verdict::Inconclusive && fit.wants_finer() && written <= MOST_WRITTEN {
+    if is_own && fit.wants_finer() && written <= MOST_WRITTEN {
         answers.extend(study.runs(&finer[answers.len()..]));
         share(&mut answers);
         (truth, fit) = study.fit(truth, &answers, ladder.expected)?;

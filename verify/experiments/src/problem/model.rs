@@ -340,9 +340,15 @@ impl Compiled {
 /// What a model has beyond M u̇ = F(t, u), by its name.
 fn beyond_first_order(model: &DiscreteModel) -> Option<(&'static str, &'static str)> {
     if model.stop().is_some() {
-        Some(("stop", "events"))
+        Some((
+            "stop",
+            "events, at which no run here stops; leave it out, or stop at it in a program, by `lsvi::Trajectory::until`",
+        ))
     } else if model.reset().is_some() {
-        Some(("reset", "jumps"))
+        Some((
+            "reset",
+            "jumps, which no run here makes; a rate that changes at a time may stand in F, as heaviside(t - 1) does",
+        ))
     } else if model.out().is_some() {
         Some(("out", "outputs, which nothing here computes; leave it out, and read the state"))
     } else {

@@ -237,7 +237,7 @@ where
             reached.set(if is_stop { stop.max(solver.state().t) } else { solver.state().t });
         }
         let state = solver.state();
-        let v = if t < state.t && state.h != 0.0 {
+        let v = if t < state.t {
             solver.interpolate(t).map_err(|e| e.to_string())?.clone_as_vec()
         } else {
             state.y.clone_as_vec()

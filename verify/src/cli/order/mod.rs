@@ -371,7 +371,7 @@ impl<'a> Measurement<'a> {
             notes,
             points: fit.points().into_iter().map(point).collect(),
             of: "a component of the state",
-            wants_finer: fit.verdict == Verdict::Inconclusive && fit.wants_finer(),
+            wants_finer: fit.wants_finer(),
         }
     }
 

@@ -252,6 +252,22 @@ mod tests {
         }
     }
 
+    /// v̇ = v² has a pole at t = 1, and no step leads from there to t = 2. An iteration that did not converge may be at fault for that itself.
+    #[test]
+    fn where_no_step_leads_on_that_is_told_of_a_branch_alone() {
+        let problem = model("u_i { v = 1 } F_i { v*v }");
+        let implicit = method::parse("implicit-euler").expect("registered");
+        let told = |source| {
+            let error = RunError::Step(StepError::Solve { t: 0.0, h: 2.0, source });
+            told(&problem, &*implicit, &error, (&[1.0], 1.0))
+        };
+        for source in [SolveError::BranchLost { reached: 0.5 }, SolveError::OtherBranch] {
+            let text = told(source).expect("a reason");
+            assert!(text.starts_with("no steps down to 0.0312500 lead from there to t = 2:"), "{text}");
+        }
+        assert_eq!(told(SolveError::Diverged { iterations: 2, increment: 1e-9 }), None);
+    }
+
     /// Of a component of 64 and of 65 that comes to rest where its rate has no derivative.
     #[test]
     fn of_a_large_system_nothing_is_looked_for() {

@@ -30,7 +30,7 @@ impl Inverse {
         let rates = model.state_dot().ok_or("without dudt, the components of which dudt_i { … } names")?;
         // Where M depends on t its product with dudt is not affine in dudt; on u, DiffSL refuses it.
         if kind_of(model, lhs, rates, Kind::Other) > Kind::Affine {
-            return Err("of which M depends on t, or that is not linear in dudt".into());
+            return Err("of which M depends on t, or that is not linear in dudt; solve for the derivatives".into());
         }
         let n = model.state().nnz();
         let mut data = compiler.get_new_data();
