@@ -593,6 +593,10 @@ impl Ode for Equations {
         }
     }
 
+    fn is_sparse(&self) -> bool {
+        self.compiled.structure != Structure::Dense
+    }
+
     fn is_autonomous(&self) -> bool {
         self.compiled.is_autonomous
     }

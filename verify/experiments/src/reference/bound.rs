@@ -154,6 +154,9 @@ impl Ode for InUnits<'_> {
     fn bandwidths(&self) -> Option<(usize, usize)> {
         self.ode.bandwidths()
     }
+    fn is_sparse(&self) -> bool {
+        self.ode.is_sparse()
+    }
     fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
         self.ode.product(t, &self.states(v), &self.states(x), out);
         out.iter_mut().zip(&self.units).for_each(|(rate, unit)| *rate /= unit);
@@ -181,6 +184,9 @@ impl Ode for Halved<'_> {
     }
     fn bandwidths(&self) -> Option<(usize, usize)> {
         self.0.bandwidths()
+    }
+    fn is_sparse(&self) -> bool {
+        self.0.is_sparse()
     }
     fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
         self.0.product(t, v, x, out);
@@ -263,6 +269,9 @@ mod tests {
         fn bandwidths(&self) -> Option<(usize, usize)> {
             Some((2, 1))
         }
+        fn is_sparse(&self) -> bool {
+            false
+        }
         fn is_matrix_free(&self) -> bool {
             true
         }
@@ -272,7 +281,8 @@ mod tests {
     fn units_and_halved_steps_leave_the_structure_as_it_is() {
         let (units, halved) = (InUnits::new(&Structured, &[1.0, 2.0, 4.0]), Halved(&Structured));
         for ode in [&units as &dyn Ode, &halved] {
-            assert_eq!((ode.dim(), ode.bandwidths(), ode.is_matrix_free()), (3, Some((2, 1)), true));
+            assert_eq!((ode.dim(), ode.bandwidths()), (3, Some((2, 1))));
+            assert_eq!((ode.is_sparse(), ode.is_matrix_free()), (false, true));
         }
     }
 

@@ -11,7 +11,7 @@ use diffsol::{
 
 use diffsol::matrix::MatrixRef;
 
-use super::{MAX_STEPS, Run, bound, check_dense};
+use super::{MAX_STEPS, Run, bound, check_size};
 use super::{Ode, Reference, ReferenceError, Work};
 use crate::panics::caught;
 
@@ -64,11 +64,11 @@ impl Reference for Diffsol {
     /// One solve. Panics inside diffsol or the system become errors.
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
         bound::check(ode, t0, v0, times)?;
-        check_dense(self.name, ode)?;
+        check_size(self.name, ode.dim(), !ode.is_sparse())?;
         let reached = Cell::new(t0);
-        let integrate = || match ode.bandwidths() {
-            Some(_) => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),
-            None => self.integrate::<NalgebraMat<f64>, NalgebraLU<f64>>(ode, v0, times, tolerance, &reached),
+        let integrate = || match ode.is_sparse() {
+            true => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),
+            false => self.integrate::<NalgebraMat<f64>, NalgebraLU<f64>>(ode, v0, times, tolerance, &reached),
         };
         let solved = caught(integrate).unwrap_or_else(|message| Err(format!("panicked: {message}")));
         solved.map_err(|reason| ReferenceError::Solver { solver: self.name, t: reached.get(), reason })
@@ -258,6 +258,8 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::norm::larger;
+    use crate::reference::MAX_DENSE;
     use crate::reference::tests::Still;
 
     /// By what f was, where that is the cause, and else by the solver.
@@ -293,6 +295,43 @@ mod tests {
                 assert!((run.states[1][0] - (-end).exp()).abs() < 1e-2, "{} to {end}", solver.name);
             }
         }
+    }
+
+    /// v̇_i = v_{i+1} − v_i around a ring, with sparse factors or dense ones.
+    struct Ring {
+        cells: usize,
+        is_sparse: bool,
+    }
+
+    impl Ode for Ring {
+        fn dim(&self) -> usize {
+            self.cells
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            (0..self.cells).for_each(|i| dv[i] = v[(i + 1) % self.cells] - v[i]);
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+            (0..self.cells)
+                .for_each(|i| [(i, -1.0), ((i + 1) % self.cells, 1.0)].into_iter().for_each(|(j, x)| add(i, j, x)));
+        }
+        fn is_sparse(&self) -> bool {
+            self.is_sparse
+        }
+    }
+
+    /// To roundings, which errors of 10⁻⁸ are far above; and where a dense matrix would be too large.
+    #[test]
+    fn sparse_factors_solve_as_dense_ones() {
+        let run = |cells: usize, is_sparse: bool, end: f64| {
+            let start: Vec<f64> = (0..cells).map(|i| (i as f64).sin()).collect();
+            BDF.run(&Ring { cells, is_sparse }, 0.0, &start, &[end], 1e-8)
+        };
+        let [sparse, dense] = [true, false].map(|is_sparse| run(20, is_sparse, 2.0).expect("it runs"));
+        assert_eq!(sparse.work.steps, dense.work.steps);
+        let apart = sparse.states[0].iter().zip(&dense.states[0]).map(|(a, b)| (a - b).abs()).fold(0.0, larger);
+        assert!(apart < 1e-13, "{apart:e}");
+        assert!(run(MAX_DENSE + 1, true, 1e-3).is_ok());
+        assert!(matches!(run(MAX_DENSE + 1, false, 1e-3), Err(ReferenceError::Input(_))));
     }
 
     #[test]

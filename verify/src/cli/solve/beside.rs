@@ -367,6 +367,9 @@ impl Ode for Limited<'_> {
     fn bandwidths(&self) -> Option<(usize, usize)> {
         self.ode.bandwidths()
     }
+    fn is_sparse(&self) -> bool {
+        self.ode.is_sparse()
+    }
     fn longest_step(&self, span: f64) -> f64 {
         self.ode.longest_step(span)
     }
@@ -721,10 +724,14 @@ mod tests {
         fn bandwidths(&self) -> Option<(usize, usize)> {
             Some((2, 1))
         }
+        fn is_sparse(&self) -> bool {
+            false
+        }
     }
 
     #[test]
-    fn a_limited_equation_has_the_band_of_its_equation() {
-        assert_eq!(Limited { ode: &Banded, left: AtomicU64::new(1) }.bandwidths(), Some((2, 1)));
+    fn a_limited_equation_has_the_structure_of_its_equation() {
+        let limited = Limited { ode: &Banded, left: AtomicU64::new(1) };
+        assert_eq!((limited.bandwidths(), limited.is_sparse()), (Some((2, 1)), false));
     }
 }

@@ -9,7 +9,7 @@ mod ffi;
 use self::call::CallError;
 use self::callbacks::Callbacks;
 use self::ffi::{Formulas, Session};
-use super::{Ode, Reference, ReferenceError, Run, bound, check_dense};
+use super::{Ode, Reference, ReferenceError, Run, bound, check_size};
 
 /// CVODE with one of its two families of formulas.
 pub(super) struct Cvode {
@@ -42,7 +42,7 @@ impl Reference for Cvode {
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
         bound::check(ode, t0, v0, times)?;
         if !ode.is_matrix_free() {
-            check_dense(self.name, ode)?;
+            check_size(self.name, ode.dim(), ode.bandwidths().is_none())?;
         }
         let callbacks = Callbacks::new(ode, v0.len());
         let failed =
