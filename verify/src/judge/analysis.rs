@@ -29,6 +29,11 @@ pub trait Analysis: fmt::Debug + Send + Sync {
         None
     }
 
+    /// The order on q̇ = M⁻¹p, ṗ = g(q), where the method is for more and that is another question.
+    fn order_where_linear(&self) -> Option<u32> {
+        None
+    }
+
     /// The order where f depends on time, with c as given.
     fn order_in_time(&self) -> u32 {
         self.order()
@@ -235,7 +240,7 @@ mod tests {
             let theory = MethodFile::parse("m.toml", "m", &text).expect("well-formed").body.analyse(None, None);
             assert_eq!(theory.steps_mechanics().is_ok(), steps);
             // That is another question for methods of two parts alone.
-            assert_eq!(theory.order_where_separable(), None);
+            assert_eq!((theory.order_where_separable(), theory.order_where_linear()), (None, None));
         }
     }
 }

@@ -58,6 +58,11 @@ pub enum Diagnosis {
         /// The order there.
         order: u32,
     },
+    /// The order claimed is that where q̇ is linear in p, which no file of its kind can say.
+    Linear {
+        /// The order there.
+        order: u32,
+    },
     /// A multistep formula that is listed with its newest step first.
     Reversed {
         /// The order that it has in reverse.
@@ -111,11 +116,14 @@ impl Diagnosis {
     fn of_system(body: &Body, theory: &dyn Analysis, claimed: Option<u32>) -> Self {
         let found = theory.order();
         let is_consistent = theory.consistency().iter().all(|verdict| verdict.check.outcome != Outcome::Fail);
-        if let (Some(p), Some(order)) = (claimed, theory.order_where_separable())
-            && is_consistent
-            && (found < p && p <= order)
-        {
+        let meets = |order: Option<u32>| {
+            order.filter(|order| is_consistent && claimed.is_some_and(|p| found < p && p <= *order))
+        };
+        if let Some(order) = meets(theory.order_where_separable()) {
             return Self::Separable { order };
+        }
+        if let Some(order) = meets(theory.order_where_linear()) {
+            return Self::Linear { order };
         }
         if let Body::Multistep(method) = body
             && found == 0
@@ -423,5 +431,39 @@ mod tests {
             let found = Diagnosis::of_system(&file.body, &*theory, Some(3));
             assert!(theory.order() < 3 && matches!(found, Diagnosis::Separable { order: 3 }), "{c}{found:?}");
         }
+    }
+
+    /// McLachlan and Atela's four steps (1992) have order 4 for T = p²/2, and no more than 3 for other T(p); a digit of them has order 4 nowhere.
+    #[test]
+    fn an_order_where_momenta_are_linear_is_told() {
+        let a = ["0.5153528374311229364", "-0.085782019412973646", "0.4415830236164665242", "0.1288461583653841854"];
+        let found = |first: &str, claimed: u32| {
+            let b = [first, "-0.2248198030794208058", "0.7563200005156682911", "0.3340036032863214255"];
+            let quoted =
+                |row: &[&str]| format!("[{}]", row.iter().map(|x| format!("'{x}'")).collect::<Vec<_>>().join(", "));
+            let rows = |list: &[&str; 4], extra: usize| {
+                (0..4).map(|i| quoted(&list[..i + extra])).collect::<Vec<_>>().join(", ")
+            };
+            let text = format!(
+                "kind = 'partitioned-runge-kutta'\nsystems = 'separable'\na = [{}]\nb = {}\na_hat = [{}]\nb_hat = {}\n",
+                rows(&a, 0),
+                quoted(&a),
+                rows(&b, 1),
+                quoted(&b)
+            );
+            let file = file(&text);
+            let theory = file.body.analyse(Some(claimed), None);
+            (theory.order(), theory.order_where_linear(), Diagnosis::of_system(&file.body, &*theory, Some(claimed)))
+        };
+        let right = "0.1344961992774310892";
+        let (order, linear, told) = found(right, 4);
+        assert!(
+            order == 3 && linear == Some(4) && matches!(told, Diagnosis::Linear { order: 4 }),
+            "{order} {linear:?} {told:?}"
+        );
+        assert!(
+            matches!(found(right, 3).2, Diagnosis::Sound) && !matches!(found(right, 5).2, Diagnosis::Linear { .. })
+        );
+        assert!(!matches!(found("0.1344961992774319892", 4).2, Diagnosis::Linear { .. }));
     }
 }

@@ -147,6 +147,12 @@ impl Judgement {
                  {}. If the method is meant for separable systems, the file has to say so: systems = \"separable\".",
                 self.theory.order()
             )),
+            Diagnosis::Linear { order } => Some(format!(
+                "The claim holds where q̇ is linear in p alone. On q̇ = M⁻¹p, ṗ = g(q) the order is {order}; otherwise it is {}. A method that \
+                 is meant for q̈ = g(q) is stated as one of Nyström's, kind = \"nystrom\", with the matrix a â, the weights b â of q \
+                 and b̂ of p, and as c the sums of the rows of a.",
+                self.theory.order()
+            )),
             Diagnosis::Several { rows } => {
                 let of = match rows.as_slice() {
                     [row] => format!("the row sum of stage {}", row + 1),

@@ -106,6 +106,8 @@ pub(super) struct PartsTheory {
     weights: WeightsTheory,
     /// Order on separable systems, where the file names all.
     separable: Option<u32>,
+    /// Order where q̇ is linear in p besides, where the file does not say so.
+    linear: Option<u32>,
     /// Order on the same systems with time in them, with c as given.
     order_in_time: u32,
     /// The condition that is farthest from holding.
@@ -150,6 +152,8 @@ impl PartsTheory {
         let spelled = [0, 1].map(|part| !wrong_rows(defects(part).as_deref()).is_empty());
         let weights = WeightsTheory { spelled, ..search(rule, at_least) };
         let separable = (rule == Rule::Partitioned).then(|| search(Rule::Separable, weights.order + 1).order);
+        let least = weights.order.max(separable.unwrap_or(0));
+        let linear = (rule != Rule::SecondOrder).then(|| search(Rule::SecondOrder, least + 1).order);
         let row_defects = defects(parts.timed());
         let order_in_time = match wrong_rows(row_defects.as_deref()).as_slice() {
             // Time is one more component of a part.
@@ -165,6 +169,7 @@ impl PartsTheory {
             c,
             weights,
             separable,
+            linear,
             order_in_time,
             symplectic_defect: None,
             symmetric: false,
@@ -371,6 +376,10 @@ impl Analysis for PartsTheory {
         self.separable
     }
 
+    fn order_where_linear(&self) -> Option<u32> {
+        self.linear
+    }
+
     fn order_in_time(&self) -> u32 {
         self.order_in_time
     }
@@ -386,6 +395,8 @@ impl Analysis for PartsTheory {
     fn facts(&self) -> Facts {
         let mut facts = vec![("order", order_fact(&self.weights))];
         facts.extend(self.separable.map(|order| ("separable", format!("order {order} on q̇ = f(p), ṗ = g(q)"))));
+        let beyond = self.linear.filter(|order| *order > self.separable.unwrap_or(self.weights.order));
+        facts.extend(beyond.map(|order| ("linear", format!("order {order} on q̇ = M⁻¹p, ṗ = g(q)"))));
         facts.extend(in_time([self.order_in_time, self.weights.order]));
         let oscillations = match self.oscillation {
             None => "areas are not kept on q̇ = ωp, ṗ = −ωq".into(),
