@@ -20,7 +20,8 @@
 //! |---|---|---|
 //! | stiff, tolerance given | [`adaptive::Radau`] | 5, 9, 13, by tolerance |
 //! | stiff and dissipative, fixed steps | least squares on [`Galerkin`](discrete::Galerkin) paths, closed by [`closure::Linear::METHOD_I`] | 2s, with s Radau nodes 2s − 1, with s Lobatto nodes 2s − 2 |
-//! | a single step across a jump, or many equal ones where f is linear with constant coefficients: one factorization | [`method_i`] | 2 |
+//! | stiff and linear with constant coefficients, equal steps, one factorization | [`RungeKutta`](classic::RungeKutta) by [`Tableau::sdirk2`](classic::Tableau::sdirk2) | 2 |
+//! | a single step across a jump | [`method_i`] | 2 |
 //! | mechanics L(q, q̇), long runs | [`position_momentum`] of [`Galerkin::gauss`](discrete::Galerkin::gauss) | 2s, symplectic |
 //! | the same, L = ½ vᵀMv − V(t, q), forces that are cheap | [`position_momentum`] of [`BrokenLine::blanes_moan`](discrete::BrokenLine::blanes_moan), explicit | 6, symplectic |
 //! | L(q, q̇) with forces, or constraints f(q) = 0 | [`Forced`], [`Constrained`] | as without |

@@ -23,8 +23,8 @@ impl Linear {
     /// p₁ = 0, Eq. (22).
     pub const METHOD_I: Self = Self(Weights::Constant(MomentumWeights::END));
     /// p₁ = p₀, Eq. (25). On the least-squares Lagrangian of a field whose f_v is singular it determines no step;
-    /// [`LeastSquaresStep`](crate::LeastSquaresStep) refuses such steps where f_v is assembled, and [`Variational`](crate::Variational), which does not know f_v, those
-    /// alone in which Newton's iteration finds no branch.
+    /// [`LeastSquaresStep`](crate::LeastSquaresStep) refuses such steps where f_v is assembled, and [`Variational`](crate::Variational) where the
+    /// derivatives of the momenta tell.
     pub const METHOD_II: Self = Self(Weights::Constant(MomentumWeights { alpha: -1.0, beta: 1.0 }));
 
     /// Constant coefficients.

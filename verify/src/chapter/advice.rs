@@ -39,12 +39,13 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let errors = all.iter().flat_map(|(_, found)| found.told.iter().map(|told| within(told, found.target)));
     let without = || all.iter().filter(|(_, found)| found.refusal.is_some());
     let ties = without().filter(|(_, found)| matches!(found.refusal, Some(Refusal::Tie { .. })));
-    let beaten = all.iter().filter(|(_, found)| is_beaten(found));
+    let beaten = || all.iter().filter(|(_, found)| is_beaten(found));
     let values = [
         ("cases", all.len().to_string()),
         ("without", without().count().to_string()),
         ("ties", ties.count().to_string()),
-        ("beaten", beaten.count().to_string()),
+        ("beaten", beaten().count().to_string()),
+        ("longer", beaten().filter(|(_, found)| has_longer(found)).count().to_string()),
         ("most", digits(ratios.largest(), 3)),
         ("error", digits(errors.largest(), 3)),
         ("slow", slow.join(", ")),
@@ -67,7 +68,12 @@ fn ratio(found: &Found) -> Option<f64> {
     (!found.told.is_empty()).then(|| found.told.iter().map(|told| told.work / least).largest())
 }
 
-/// Whether a method that is not told is cheaper than all that are.
+/// Whether the cheapest is of a method that is told.
+fn has_longer(found: &Found) -> bool {
+    found.cheapest.as_ref().is_some_and(|(method, _)| found.told.iter().any(|told| told.method == *method))
+}
+
+/// Whether a run that is not told is cheaper than all that are.
 fn is_beaten(found: &Found) -> bool {
     let least = found.told.iter().map(|told| told.work).smallest();
     found.cheapest.as_ref().is_some_and(|(_, work)| *work < least)
@@ -211,6 +217,11 @@ mod tests {
             is_beaten(&Found { told, refusal: None, target: 1e-3, cheapest, predictable: 2 })
         };
         assert_eq!([9.0, 10.0].map(is_beaten_by), [true, false]);
+        let has_longer = |method: &str| {
+            let (told, cheapest) = (vec![told("rk4", 10.0, 1e-4)], Some((method.into(), 9.0)));
+            has_longer(&Found { told, refusal: None, target: 1e-3, cheapest, predictable: 2 })
+        };
+        assert_eq!(["rk4", "heun2"].map(has_longer), [true, false]);
     }
 
     #[test]

@@ -132,14 +132,13 @@ fn figure(found: &[Estimated], adaptive: &[Adaptive]) -> Figure {
     let [least, most] = [all.iter().map(|point| point.0).smallest(), all.iter().map(|point| point.0).largest()];
     let across = |ratio| vec![(least, ratio), (most, ratio)];
     let series = vec![
-        Series::new("coarsest step with the order settled", of(true), Mark::Markers),
-        Series::new("coarsest step", of(false), Mark::Markers),
+        Series::new("coarsest step in which the order has settled", of(true), Mark::Markers),
+        Series::new("coarsest step of all, if it has not there", of(false), Mark::Markers),
         Series::new("radau-adaptive", adapted, Mark::Markers),
         Series::new("twice the error", across(SETTLED), Mark::Guide),
         Series::new("half of the error", across(SETTLED.recip()), Mark::Guide),
     ];
-    let caption = "Estimate over error at the end of each run, all pairs of method and problem with an order that finer steps confirm. At the \
-                   coarsest step, where it has one of its own, the order has not settled yet. Between the horizontal lines they are within a factor of two \
+    let caption = "Estimate over error at the end of each run, all pairs of method and problem with an order that finer steps confirm. Between the horizontal lines they are within a factor of two \
                    of each other. Errors above 10 are left out.";
     Figure::new(
         "estimates",

@@ -1031,7 +1031,7 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
         .unwrap_or("")
         .to_owned();
     let rk4_held = |flow: &str| {
-        let told = |error| format!(", whose longest steps that hold have an error of {} already", brief(error));
+        let told = |error| format!(", whose error is {} in the longest steps in which it is stable", brief(error));
         held(evidence, flow, "rk4").map_or_else(String::new, told)
     };
     let told = consists(
@@ -1085,8 +1085,8 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
             format!("and {} times that of pressure correction; at t = 2 it has", lid(0.5, projection)),
             format!("{} times and {} times theirs.", lid(2.0, "tr-bdf2"), lid(2.0, projection)),
             format!(
-                "For equal CPU time, which depends on the machine, others may have smaller errors: over Method I's error at t = 2 those of the best \
-                 runs that take no more of it, as far as repeated measurements tell, are {}.",
+                "Among the runs of another method that take no more of it, as far as repeated measurements tell, the best has at t = 2 the following \
+                 part of Method I's error: {}.",
                 at_equal_time()
             ),
             format!(

@@ -38,7 +38,7 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         Ok::<_, StudyError>(solves)
     };
     let rk4_held = |runs: &Runs| {
-        let held = |error| format!(", whose longest steps that hold have an error of {} already", brief(error));
+        let held = |error| format!(", whose error is {} in the longest steps in which it is stable", brief(error));
         Ok::<_, StudyError>(runs.held("rk4")?.map_or_else(String::new, held))
     };
     let too_long = || scale.too_long.last().map(too_long::steps).ok_or("no step is too long");

@@ -264,12 +264,15 @@ fn nodes(context: &Context) -> Result<Finding, StudyError> {
             here,
         );
     }
-    let from_exact =
-        if orderly { "falling in this order at every time" } else { "still not falling in this order at every time" };
+    let from_exact = if orderly {
+        "falling in this order at every time of the table"
+    } else {
+        "not falling in this order at every time of the table"
+    };
     Ok(finding
         .because(format!(
-            "That (19) errs less than (18) is not claimed, and at t = 10 it does not: the start x₁ = 1.0948 is off by {}, more than a \
-             step of (19) errs, which is {}, and the column of (19) shows the rounding of x₁. From the exact x₁ the errors of (16), (18) and (19) are {from_exact}. (18) is of second order like (16), with a smaller \
+            "That (19) errs less than (18) is not claimed, and at t = 10 it does not: the start x₁ = 1.0948 is off by {}, more than the \
+             error of x after one step in position–momentum form, {}, and the column of (19) shows the rounding of x₁. From the exact x₁ the errors of (16), (18) and (19) are {from_exact}. (18) is of second order like (16), with a smaller \
              constant; see KY21-c-2. Errors pass zero in between: from x₁ = 1.0948 (18) has no smaller one than (16) at {}, and (19) at {}, up to t = 50.",
             text((PRINTED_START - exact(TAU)).abs()),
             text(local),

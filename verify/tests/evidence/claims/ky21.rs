@@ -427,7 +427,7 @@ fn nodes(found: &Found) -> Result<Known, Failed> {
         CONTEXT.get(Motion { problem: "harmonic-oscillator", method: "path-fitted(4)".into(), h: 0.1, t_end: 50.0 })?;
     let (t, state) = &run.states[1];
     let (off, local) = ((first[0].1 - first[1].1).abs(), (state[0] - t.cos() - t.sin()).abs());
-    require(off > local, || "the start is off by less than a step of (19)".into())?;
+    require(off > local, || "the start is off by less than one step".into())?;
     Ok(Known::of([
         format!(
             "the errors at t = 10 are {} (16), {} (18) and {} (19). {}",
@@ -438,11 +438,11 @@ fn nodes(found: &Found) -> Result<Known, Failed> {
         ),
         "That (19) errs less than (18) is not claimed, and at t = 10 it does not:".into(),
         format!(
-            "the start x₁ = 1.0948 is off by {}, more than a step of (19) errs, which is {},",
+            "the start x₁ = 1.0948 is off by {}, more than the error of x after one step in position–momentum form, {},",
             text(off),
             text(local)
         ),
-        "From the exact x₁ the errors of (16), (18) and (19) are falling in this order at every time.".into(),
+        "From the exact x₁ the errors of (16), (18) and (19) are falling in this order at every time of the table.".into(),
         format!(
             "from x₁ = 1.0948 (18) has no smaller one than (16) at {} of the 499 times, and (19) at {} of the 499 times, up to t = 50.",
             times_behind("(18)", "(16)"),
