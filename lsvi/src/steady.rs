@@ -230,6 +230,10 @@ mod tests {
         approx::assert_abs_diff_eq!(steady.state.q[0], 2.0_f64.sqrt(), epsilon = 1e-12);
         let few = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 3);
         assert!(matches!(few, Err(SteadyError::NotReached { steps: 3, .. })), "{few:?}");
+        // What decays below 10⁻⁶ rests by its own size.
+        let decay = crate::field!(1, |_t, v, dv| dv[0] = -v[0]);
+        let small = march(method_i(&decay).expect("usable"), &decay, State::new(0.0, vec![1e-6]), 0.5, 1e-20, 1000);
+        assert!(small.as_ref().is_ok_and(|steady| steady.residual <= 1e-20), "{small:?}");
         // RK4 comes to a moment at which cos t is zero.
         let turning = crate::field!(1, |t, _v, dv| dv[0] = t.cos().into());
         let rk4 = RungeKutta::new(&turning, Tableau::rk4()).expect("usable");

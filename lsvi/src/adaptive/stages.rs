@@ -56,8 +56,6 @@ pub(super) struct StageSystem {
     pub(super) is_current: bool,
     /// Step size and number of stages that the factors belong to, unless they serve no more.
     factored: Option<(f64, usize)>,
-    /// Convergence factor θ/(1 − θ) of the last iteration with these factors.
-    contraction: f64,
     /// Whether the next factors are the first ones of sparse matrices, which allocate.
     is_fresh: bool,
 }
@@ -72,7 +70,6 @@ impl StageSystem {
             jacobian,
             is_current: false,
             factored: None,
-            contraction: 1.0,
         }
     }
 
@@ -148,7 +145,6 @@ impl StageSystem {
             lu.decompose()?;
         }
         self.factored = Some((h, S));
-        self.contraction = 1.0;
         Ok(())
     }
 
@@ -212,7 +208,8 @@ impl Stages {
         // Where the dimension of the field is a constant, so are the lengths.
         let (n, limit) = (field.dim(), iterations(S));
         let v = &v[..n];
-        let mut contraction = system.contraction.max(f64::EPSILON).powf(0.8);
+        // θ/(1 − θ) as soon as there are two increments. That of the last step tells nothing here: the Jacobian is older by a step.
+        let mut contraction = 1.0;
         let (mut last, mut rate) = (f64::INFINITY, 0.0_f64);
         for iteration in 1..=limit {
             work.residuals += 1;
@@ -252,7 +249,6 @@ impl Stages {
             // The measure of the next increments is another one where components have left zero.
             last = if has_new { f64::INFINITY } else { size.max(f64::MIN_POSITIVE) };
             if contraction * size <= goal && !has_new {
-                system.contraction = contraction;
                 return Iteration::Converged { rate, iterations: iteration };
             }
         }

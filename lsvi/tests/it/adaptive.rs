@@ -401,6 +401,28 @@ fn errors_are_near_the_tolerance() {
     }
 }
 
+/// v₂ = v₁/(1 + v₁) + ¼ e^(−1000 t) follows v₁ = 3 e^(−t): where it goes on in a straight line the iteration converges at once, and a step later
+/// the Jacobian is another one.
+#[test]
+fn what_follows_a_slow_component_is_solved_to_the_tolerance_in_every_step() {
+    let field = lsvi::field!(2, |_t, v, dv| {
+        let above = v[0] + 1.0;
+        dv[0] = -v[0];
+        dv[1] = v[1] * -1e3 + (v[0] * 999.0 + v[0] * v[0] * 1e3) / (above * above);
+    });
+    for (rtol, end) in [1e-3, 1e-4, 1e-5, 1e-6].into_iter().flat_map(|rtol| [2.0, 2.5, 3.0].map(|end| (rtol, end))) {
+        let atol = 1e-3 * rtol;
+        let run = Trajectory::new(radau(&field, rtol, atol), State::new(0.0, vec![3.0, 1.0]), end, end).expect("valid");
+        let check = |state: &State| {
+            let slow = 3.0 * (-state.t).exp();
+            let exact = slow / (1.0 + slow) + 0.25 * (-1e3 * state.t).exp();
+            let error = (state.q[1] - exact).abs() / (rtol * exact + atol);
+            assert!(error <= 1.0, "{rtol:e} to {end}: {error:.1} tolerances at t = {}", state.t);
+        };
+        run.observe(check).expect("solvable");
+    }
+}
+
 /// Increments left by Newton's iteration add up from step to step: where the grid makes steps shorter than the tolerance allows, each leaves
 /// less. In 20 steps as long as that allows they are 20 · 0.03 tolerances.
 #[test]
@@ -1117,4 +1139,21 @@ fn a_stop_beyond_the_end_of_the_grid_is_none() {
     while run.step().expect("solved").is_some() {}
     assert_eq!(run.state().t, 1.0);
     assert!((run.state().q[0] - (-1.0_f64).exp()).abs() < 1e-5, "{:?}", run.state());
+}
+
+#[test]
+fn strict_tolerances_stay_so_with_others_for_each_component() {
+    let strict = Tolerances::new(1e-6, 1e-6).expect("positive").strict();
+    assert_eq!(strict.clone().with_atol(vec![1e-6]).expect("positive"), strict);
+}
+
+#[test]
+fn stop_times_take_the_place_of_those_before() {
+    let mut method = radau(lsvi::field!(1, |_t, v, dv| dv[0] = v[0] * -1e-3), 1e-6, 1e-6);
+    method.stop_at(&[0.3]).expect("a time");
+    method.stop_at(&[0.7]).expect("a time");
+    let mut ends = Vec::new();
+    let run = Trajectory::new(method, State::new(0.0, vec![1.0]), 1.0, 1.0).expect("valid");
+    run.observe(|state| ends.push(state.t)).expect("solvable");
+    assert!(ends.contains(&0.7) && !ends.contains(&0.3), "{ends:?}");
 }

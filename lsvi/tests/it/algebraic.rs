@@ -5,7 +5,7 @@ use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::{
     FieldFn, InputError, Integrator, Jacobian, Mass, OneStep, Scalar, State, StepError, Structure, SystemError,
-    Trajectory,
+    Trajectory, VectorField,
 };
 
 /// v̇₀ = −v₀, 0 = v₁ − v₀²: what rounding leaves of the second equation at a start is no direction.
@@ -231,4 +231,38 @@ fn a_component_without_a_rate_costs_the_others_no_order_between_steps() {
     // (q₀ + q₁)/2 + h (q̇₀ − q̇₁)/8 with q̇ = −q.
     let expected = [0.5 * (1.0 + end[0]) + 0.5 * (end[0] - 1.0) / 8.0, 0.5 * (1.0 + end[1])];
     middle.iter().zip(&expected).for_each(|(a, b)| approx::assert_abs_diff_eq!(*a, *b, epsilon = 1e-15));
+}
+
+/// v̇₁ + v̇₂ = −v₁, 0 = v₂ − 1: a row of M is zero, and no column is.
+#[test]
+fn an_algebraic_equation_is_a_row_of_the_mass_matrix() {
+    struct Row;
+    impl VectorField for Row {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn mass(&self) -> Mass {
+            let mut m = Jacobian::zeros(2);
+            (0..2).for_each(|j| m.add(0, j, 1.0));
+            Mass::Matrix(m)
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            (dv[0], dv[1]) = (-v[0], v[1] - 1.0);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            out.add(0, 0, -scale);
+            out.add(1, 1, scale);
+        }
+        fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
+    }
+    let step = |start: f64| {
+        let method = Radau::new(Row, Tolerances::new(1e-6, 1e-6).expect("positive")).expect("valid");
+        let mut run = Trajectory::new(method, State::new(0.0, vec![1.0, start]), 1.0, 1.0).expect("valid");
+        run.step().map(|_| ())
+    };
+    assert!(step(1.0).is_ok());
+    let refused = step(3.0);
+    let is_named =
+        matches!(&refused, Err(StepError::Input(InputError::System(SystemError::InconsistentStart { row: 1, .. }))));
+    assert!(is_named, "{refused:?}");
 }

@@ -391,6 +391,12 @@ fn unsmooth(
     );
     let tells = "shorter steps, `--coarsest`, tell, a time that ends before, or smooth data";
     let is_open = found.verdict == Verdict::Inconclusive;
+    // Longer steps may pass over what is fast there alone.
+    if order < least && found.local_slopes.windows(2).any(|two| two.iter().all(|local| local.slope > order + 1.5)) {
+        return Some(format!(
+            "{place} errors of steps about as long as what happens there fall by another order than those of longer ones: {tells}"
+        ));
+    }
     if order < least && (is_open || slope > order - 0.5) {
         return Some(format!(
             "{place} no order above {} is to be expected in longer steps: {tells}",
@@ -548,6 +554,15 @@ mod tests {
         assert!(why(2.0).is_some_and(|why| why.contains("f is not smooth along the solution near t = 0.50")));
         assert_eq!(why(1.0), None);
         assert_eq!(why_of(2.0, 5), None, "another order is expected than the method's own");
+        // Order 4 in longer steps, then 2.
+        let samples: Vec<_> =
+            (0..8).map(|k| 0.1 * 0.5_f64.powi(k)).map(|h| Sample::new(h, h.powi(4) + 1e-5 * h * h, 0.0)).collect();
+        let found = fit(&samples, &order::Expectation::new(4.0, 0.1));
+        let text = unsmooth(&found, 4, &limit, 1.0, along).expect("it is rough");
+        assert!(
+            text.contains("fall by another order than those of longer ones") && !text.contains("no order above"),
+            "{text}"
+        );
     }
 
     /// The classical method of order 4, as if its coefficients had digits that leave so much open, times a power of the number of steps.

@@ -183,3 +183,17 @@ pub fn leads_to(problem: &dyn Problem, method: &dyn Method, start: State, h: f64
 pub fn step_from(problem: &dyn Problem, start: Vec<f64>, method: &dyn Method, h: f64) -> Result<Vec<f64>, RunError> {
     Ok(run_from(problem, start, method, h, h, |_, _| ControlFlow::Continue(()))?.end.q)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// v̇ = v² of 10²⁰⁰ is beyond all numbers.
+    #[test]
+    fn a_run_that_has_no_finite_state_leads_nowhere() {
+        let drag = crate::problem::build("quadratic-drag", &[("lambda".into(), "-1".into())]).expect("known");
+        let rk4 = crate::method::parse("rk4").expect("known");
+        let leads = |v: f64| leads_to(&*drag, &*rk4, State::new(0.0, vec![v]), 0.1, 0.2);
+        assert_eq!([0.1, 1e200].map(leads), [true, false]);
+    }
+}

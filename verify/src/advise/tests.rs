@@ -624,7 +624,7 @@ fn what_comes_back_from_a_small_size_is_followed_with_an_absolute_tolerance_besi
          F_i { pump - 0.1*n - 20*n*p, 20*n*p - 8*p + 1e-5*n, 0, 0, 0, 0, 0, 0, 0 }",
         30.0,
     );
-    let tried = try_out(&many, 30.0, (1e-5, Held::to(1e-5)), [&[], &[]], &along(&many, 30.0), &mut |_| {})
+    let tried = try_out(&many, 30.0, (1e-7, Held::to(1e-7)), [&[], &[]], &along(&many, 30.0), &mut |_| {})
         .expect("registered")
         .expect("it is followed");
     let atol = tried.trials[0].atol.as_ref().expect("an adaptive method has some");

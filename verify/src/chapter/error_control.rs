@@ -193,10 +193,10 @@ fn grid(evidence: &mut Evidence, context: &Context) -> Result<[(&'static str, St
     Ok([("rise", brief(rounded_up(most.0, 2))), ("rises", format!("`{}`", most.1)), ("of_bound", share)])
 }
 
-/// Errors below a bound that falls with each tolerance, errors that fall, and steps that grow.
+/// Errors below a bound that falls with each tolerance, and errors that fall and steps that grow where both do.
 fn monotone(name: &str, cells: &[Cell]) -> [Check; 3] {
     let pairs = cells.iter().flat_map(|cell| cells.iter().map(move |other| (cell, other)));
-    let tighter = pairs.filter(|(looser, tighter)| looser.is_looser(tighter, 0));
+    let tighter = pairs.filter(|(looser, tighter)| looser.is_looser(tighter, 2));
     let source = match name == STIFF {
         true => {
             "in every cell from 1e-2 to 1e-14 of both the bound is the power 4/7 of atol + rtol |v|, a digit above what the estimate is held to"
@@ -228,11 +228,11 @@ fn monotone(name: &str, cells: &[Cell]) -> [Check; 3] {
         Check::new(
             format!("grid/{name}/work"),
             format!(
-                "On {name} no smaller tolerance takes fewer steps of order 5: largest ratio of steps to those of a smaller one"
+                "On {name} radau-adaptive takes no fewer steps of order 5 where both tolerances fall to a hundredth or less: largest ratio of the earlier number to the later"
             ),
             tighter.map(|(looser, tighter)| looser.steps / tighter.steps).largest(),
             Requirement::AtMost(1.0),
-            "what the estimate is held to falls with each tolerance",
+            "between tolerances that hardly differ, as where the other one decides, the number scatters",
         ),
     ]
 }
@@ -342,7 +342,7 @@ mod tests {
 
     /// On a grid of three by three, an error of a hundredth for each digit pair, and two steps more for each digit.
     #[test]
-    fn a_rise_is_refused_where_both_tolerances_fall_and_a_step_fewer_anywhere() {
+    fn a_rise_and_fewer_steps_are_refused_where_both_tolerances_fall() {
         let cells = || -> Vec<Cell> {
             let all = [2, 4, 6].into_iter().flat_map(|r| [2, 4, 6].map(|a| [r, a]));
             let cell = |at: [i32; 2]| {
@@ -362,7 +362,8 @@ mod tests {
         assert_eq!(outcomes(|cells| cells[1].largest *= 2.1), [false, true, true]);
         assert_eq!(outcomes(|cells| (cells[4].bound, cells[4].largest) = (1.0, 0.5)), [true, false, true]);
         assert_eq!(outcomes(|cells| cells[8].largest = f64::NAN), [false, false, true]);
-        assert_eq!(outcomes(|cells| cells[3].steps = 3.0), [true, true, false]);
+        assert_eq!(outcomes(|cells| cells[3].steps = 3.0), [true; 3]);
+        assert_eq!(outcomes(|cells| cells[4].steps = 3.0), [true, true, false]);
         let cells = cells();
         let (rise, looser, tighter) = worst(&cells, 2).expect("a pair");
         assert!((rise - 1e-2).abs() < 1e-12 && looser.is_looser(tighter, 2));

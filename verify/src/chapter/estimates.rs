@@ -209,7 +209,8 @@ mod tests {
 
     #[test]
     fn the_words_count_what_is_within_a_factor_of_two() {
-        let settled = [estimated(1.0, Some(0.936), true), estimated(1.0, Some(1.21), true)];
+        let mut settled = [estimated(1.0, Some(0.936), true), estimated(1.0, Some(1.21), true)];
+        settled[0].settling = Some(Settling { observed: Some(0.6), order: 2.0 });
         let mut coarse = [1.0, 0.2, 8.0].map(|estimate| estimated(1.0, Some(estimate), false));
         for (run, method) in coarse.iter_mut().zip(["exact", "short", "long"]) {
             run.method = method.into();
@@ -231,6 +232,8 @@ mod tests {
             ),
             format!("lies {} the error over 2 runs", between(0.5, 2.6)),
             "there is no estimate: 1.".into(),
+            "It calls 0 of these coarse".into(),
+            "and 1 of those where the order has settled".into(),
             // The smallest ratio, not the farthest: 8 is farther from one.
             "`short` on `p`".into(),
         ] {

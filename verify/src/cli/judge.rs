@@ -67,7 +67,8 @@ interchanged are told, and an order on separable systems alone. The orders of
 live runs are judged as by `order`.
 
 What THEORY tells, of a method of order p:
-  error constant          C_(p+1) divided by sigma(1), the sum of the slopes
+  error constant          of a multistep method C_(p+1), where each C_k is
+                          divided by sigma(1), the sum of sigma; in CLAIMS too
   principal error         root of the sum of squares of the residuals of order
                           p + 1, each divided by the symmetry of its tree
   dispersion, dissipation arg R(iy) - y and |R(iy)| - 1: constant y^(order + 1);

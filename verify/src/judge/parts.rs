@@ -153,7 +153,9 @@ impl PartsTheory {
         let weights = WeightsTheory { spelled, ..search(rule, at_least) };
         let separable = (rule == Rule::Partitioned).then(|| search(Rule::Separable, weights.order + 1).order);
         let least = weights.order.max(separable.unwrap_or(0));
-        let linear = (rule != Rule::SecondOrder).then(|| search(Rule::SecondOrder, least + 1).order);
+        // Its trees leave out that the weights of q add up to 1, as those of order 1 have it.
+        let is_another = rule != Rule::SecondOrder && weights.order > 0;
+        let linear = is_another.then(|| search(Rule::SecondOrder, least + 1).order);
         let row_defects = defects(parts.timed());
         let order_in_time = match wrong_rows(row_defects.as_deref()).as_slice() {
             // Time is one more component of a part.

@@ -298,3 +298,29 @@ fn figures_without_data(chapters: &[Chapter]) -> Vec<String> {
         .map(|figure| format!("`{}` names `{}`", figure.id, figure.data))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Section;
+
+    #[test]
+    fn tables_and_figures_that_a_section_names_in_vain_are_found() {
+        let named = |figures: &[&str], tables: &[&str]| {
+            let [figures, tables] = [figures, tables].map(|ids| ids.iter().map(|id| (*id).to_owned()).collect());
+            let section = Section {
+                id: "s".into(),
+                title: String::new(),
+                mark: String::new(),
+                paragraphs: Vec::new(),
+                figures,
+                tables,
+            };
+            let evidence = Evidence { sections: vec![section], ..Evidence::default() };
+            let [id, title, question, source] = std::array::from_fn(|_| String::new());
+            sections_without_parts(&[Chapter { id, title, question, source, evidence, error: None, seconds: 0.0 }])
+        };
+        assert_eq!(named(&[], &[]), [""; 0]);
+        assert_eq!(named(&["f"], &["t"]), ["`s` names `t`", "`s` names `f`"]);
+    }
+}

@@ -144,7 +144,7 @@ fn parabolic(evidence: &Evidence) -> Result<(), Failed> {
                 between(low, high)
             ),
             format!(
-                "the first of these runs takes {own_factors} of them with Method I, {radau_factors} with Radau IIA as this library solves for its stages, and {kept_factors} with `sdirk2`, whose error is {} of Method I's on smooth data and {} of it well after the jump",
+                "in the first of these runs this library makes {own_factors} for Method I, {radau_factors} for Radau IIA, with new ones in each step, and {kept_factors} for `sdirk2`, whose error is {} of Method I's on smooth data and {} of it well after the jump",
                 brief(of_smooth),
                 brief(of_jump)
             ),

@@ -23,6 +23,18 @@ pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
             disagreeing(table, ["steps", "residuals", "factorizations"], |[steps, residuals, factorizations]| {
                 residuals >= factorizations && residuals >= steps
             })
+            .into_iter()
+            .chain(disagreeing(&chosen(table, "method", "rk4"), ["factorizations"], |[factorizations]| {
+                factorizations == 0.0
+            }))
+            .collect()
+        }
+        // Of systems whose symmetric part is negative semidefinite.
+        "non-normal-norms" => disagreeing(table, ["largest_symmetric"], |[largest]| largest <= 1e-12),
+        "peers" | "peers-everywhere" => {
+            disagreeing(table, ["evaluations", "factorizations"], |[evaluations, factorizations]| {
+                evaluations >= factorizations
+            })
         }
         "tolerances" => {
             disagreeing(table, ["steps", "evaluations", "factorizations"], |[steps, evaluations, factorizations]| {
@@ -44,7 +56,15 @@ pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
         let table = evidence.tables.iter().find(|table| table.id == figure.data).expect("its table");
         figure.panels.iter().flat_map(|panel| misplaced(table, panel))
     });
-    evidence.tables.iter().flat_map(of).chain(marks).chain(misjudged(evidence)).chain(unfounded(evidence)).collect()
+    evidence
+        .tables
+        .iter()
+        .flat_map(of)
+        .chain(marks)
+        .chain(misjudged(evidence))
+        .chain(unfounded(evidence))
+        .chain(unlisted(evidence))
+        .collect()
 }
 
 /// The orders that are not a mean of slopes between pairs of the points they rest on, as the slope of a line through points is, however these are
@@ -68,6 +88,19 @@ fn unfounded(evidence: &Evidence) -> Vec<String> {
     };
     let rows = orders.rows.iter().filter(|row| !is_founded(row));
     rows.map(|row| format!("`{}` has a row that its points do not bear: {row:?}", orders.id)).collect()
+}
+
+/// The runs of the table of rises that are none of the grid that they are taken from.
+fn unlisted(evidence: &Evidence) -> Vec<String> {
+    let [grid, rises] =
+        ["tolerance-grid", "tolerance-rises"].map(|id| evidence.tables.iter().find(|table| table.id == id));
+    let (Some(grid), Some(rises)) = (grid, rises) else { return Vec::new() };
+    let runs: Vec<[f64; 3]> = numbers(grid, ["rtol", "atol", "largest"]).collect();
+    let named = ["from", "to"].into_iter().flat_map(|end| {
+        let names = ["rtol", "atol", "error"].map(|name| format!("{end} {name}"));
+        numbers(rises, names.each_ref().map(String::as_str)).collect::<Vec<_>>()
+    });
+    named.filter(|run| !runs.contains(run)).map(|run| format!("`{}` has no run {run:?}", grid.id)).collect()
 }
 
 /// The rows with this text in a column.
@@ -150,7 +183,7 @@ fn misjudged(evidence: &Evidence) -> Vec<String> {
                         pairs.map(|(a, b)| [b[column] / a[column], a[column] / b[column]]).collect::<Vec<_>>()
                     };
                     require(&format!("grid/{problem}/falls"), largest(over(100.0, 3).iter().map(|it| it[0]).collect()));
-                    require(&format!("grid/{problem}/work"), largest(over(1.0, 4).iter().map(|it| it[1]).collect()));
+                    require(&format!("grid/{problem}/work"), largest(over(100.0, 4).iter().map(|it| it[1]).collect()));
                 }
             }
             "action-indicator" => {

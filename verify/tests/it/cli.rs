@@ -220,6 +220,13 @@ fn a_solve_of_a_flow_ends_with_the_size_of_f_and_its_linear_systems() {
     assert!(!out.contains("|f|"), "{out}");
 }
 
+/// Of an adaptive run with the default tolerances, of which the relative one allows most here.
+#[test]
+fn what_the_default_tolerances_allow_is_not_warned_of() {
+    let (status, _, message) = say("solve --problem kepler --method radau-adaptive --t-end 200");
+    assert!(status == 0 && !message.contains("what the tolerances allow"), "{message}");
+}
+
 /// Every `verify …` line in the help is a command that the program accepts.
 #[test]
 fn examples_in_the_help_work() {

@@ -49,3 +49,18 @@ impl Experiment for EnergyCourse {
         Ok(middles.zip(sums).map(|(t, (sum, weights))| (t, sum / weights)).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_stands_at_the_middle_of_its_window() {
+        let course = EnergyCourse { problem: "harmonic-oscillator", method: "stormer-verlet", h: 0.1, steps: 400 };
+        let found = Context::new(&|_| {}, &|| {}, 1).get(course).expect("it runs");
+        assert_eq!(found.len(), 20);
+        for (k, (t, _)) in found.iter().enumerate() {
+            assert!((t - (2.0 * k as f64 + 1.0)).abs() < 1e-12, "{t}");
+        }
+    }
+}

@@ -183,3 +183,18 @@ impl Experiment for Growth {
         Ok(found)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each row of a window of four steps is about e^z from the one before, for short steps.
+    #[test]
+    fn growth_is_that_of_a_row() {
+        let points = Points::Ray(1.0);
+        let found =
+            Context::new(&|_| {}, &|| {}, 1).get(Growth { method: "window(4)".into(), points }).expect("it runs");
+        let (z, factor) = (-Points::radii()[0], found[0]);
+        assert!((factor - z.exp()).abs() < 1e-3, "{factor} at {z}");
+    }
+}

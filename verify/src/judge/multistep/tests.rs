@@ -610,3 +610,15 @@ fn the_sector_ends_at_the_deepest_bay_of_the_locus() {
         approx::assert_abs_diff_eq!(theory.alpha.expect("an angle"), least, epsilon = 1e-4);
     }
 }
+
+/// σ = ζ² − ζ + 1 has its roots e^{±iπ/3} on the rim. For ρ = (ζ − 1)(ζ − r) the real part of ρ/(ζσ') there is (1 − r)/2.
+#[test]
+fn roots_leave_the_rim_at_infinity_by_the_real_part_of_a_quotient() {
+    let leaves = |r: &str, sum: &str| {
+        let text = format!("kind = 'multistep'\nrho = ['{r}', '-{sum}', 1]\nsigma = [1, -1, 1]\n");
+        let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+        let Body::Multistep(method) = &file.body else { panic!("{text}") };
+        MultistepTheory::new(method).leaves_at_infinity().is_some()
+    };
+    assert!(!leaves("1/2", "3/2") && leaves("3/2", "5/2"));
+}

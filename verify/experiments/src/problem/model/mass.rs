@@ -156,6 +156,8 @@ mod tests {
             ("m * dxdt, dydt / 2", "-x * y + t, x", "(-x * y + t) / m, 2 * x"),
             // The inverse of [[2, 1], [1, 1]] is [[1, −1], [−1, 2]].
             ("2 * dxdt + dydt, dxdt + dydt", "-x * y, x - y + t", "-x * y - (x - y + t), x * y + 2 * (x - y + t)"),
+            // Not symmetric: the inverse of [[1, 1], [0, 1]] is [[1, −1], [0, 1]].
+            ("dxdt + dydt, dydt", "3 * x, -y + t", "3 * x - (-y + t), -y + t"),
             // Rows in another order.
             ("dydt, dxdt", "3 * x, -y", "-y, 3 * x"),
             ("dxdt, dydt", "-x, -y", "-x, -y"),

@@ -192,6 +192,12 @@ mod tests {
             "{text}"
         );
         assert_eq!([told(2.75, "rk4"), told(1e8, "implicit-midpoint")], [None, None]);
+        // By the rate at the end of the last step.
+        let scalar_past = || scalar(&[(0.0, 1.0), (1.0, 1.0)]);
+        let changing = |rate: &str| {
+            scalar_past().amplified(&model(&format!("u_i {{ x = 1 }} F_i {{ -({rate})*x }}")), &*by("rk4"))
+        };
+        assert!(changing("2.7 + 0.2*t").is_some() && changing("2.9 - 0.2*t").is_none());
         let slow = model("u_i { x = 1, y = 1 } F_i { -1e6*x, -0.5*y }");
         let past = Past::of(&[(0.0, [1.0; 2]), (1.0, [1.0; 2])], None);
         assert_eq!(past.amplified(&slow, &*by("rk4")), None);
