@@ -1219,6 +1219,14 @@ fn what_vanishes_by_symmetry_has_no_sign() {
     assert!(code == 0 && !error.contains("changes its sign"), "{error}");
 }
 
+/// A step of diffsol's ESDIRK34 ends beyond the stop at t = 4.02 by just what it takes for roundings.
+#[test]
+fn a_solver_that_oversteps_a_stop_by_roundings_goes_on() {
+    let model = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("models/predator-prey.ds").display().to_string();
+    let (status, out, _) = verify(&["compare", "--model", &model, "--t-end", "5"]);
+    assert!(status == 0 && out.contains(" 0 inconclusive"), "{out}");
+}
+
 /// Layers of the Allen–Cahn equation that hardly move: what a solver may take of 200 unknowns is 625 steps, and it was asked to stop 1024 times.
 #[test]
 fn a_solver_that_is_asked_to_stop_too_often_is_not_lost() {
