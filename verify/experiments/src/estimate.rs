@@ -185,7 +185,8 @@ impl<'a> Estimator<'a> {
     #[must_use]
     pub fn error(&self, difference: f64, size: f64) -> Option<f64> {
         let is_none = self.order.is_none() && difference <= ROUNDINGS * f64::EPSILON * size;
-        (!is_none).then(|| difference / self.part)
+        // Of a method without order runs say nothing of the error, but where they are the same.
+        (!is_none).then(|| if difference == 0.0 { 0.0 } else { difference / self.part })
     }
 
     /// Whether the order of the estimate shows at the end of the run, where the finer run is too: a third run, with twice the step, tells. `None`

@@ -1,5 +1,7 @@
 //! One run of one method on one problem: the only way to step a method.
 
+pub mod passed_over;
+
 use std::ops::ControlFlow;
 use std::time::Instant;
 

@@ -140,15 +140,15 @@ impl Character {
         // What was seen until a failure is what there is to look at.
         let h = problem.ode().longest_step(horizon).min(horizon / INSTANTS as f64);
         let _ = run(problem, method, h, horizon, |state| states.push((state.t, state.q.clone())));
+        let reached = states.last().map_or(0.0, |(t, _)| *t);
+        let between = changes(problem, horizon, &states.iter().map(|(t, _)| *t).collect::<Vec<_>>());
+        let passed = run_through(problem, method, &between).unwrap_or_default();
+        states.extend(between.into_iter().zip(passed));
         let size = |(_, state): &(f64, Vec<f64>)| max_norm(state);
         let sizes = (states.first().map_or(0.0, size), worst(states.iter().map(size)));
         let largest = (0..unknowns).map(|k| worst(states.iter().map(|(_, state)| state[k].abs()))).collect();
         let start = problem.initial();
         let moved = worst(states.iter().map(|(_, state)| common_distance(state, &start)));
-        let reached = states.last().map_or(0.0, |(t, _)| *t);
-        let between = changes(problem, horizon, &states.iter().map(|(t, _)| *t).collect::<Vec<_>>());
-        let passed = run_through(problem, method, &between).unwrap_or_default();
-        states.extend(between.into_iter().zip(passed));
         let growth = growth(problem, method, horizon, unit);
         Self { unknowns, matrices: matrices(problem, &states), growth, sizes, largest, moved, reached }
     }
@@ -378,6 +378,18 @@ fn growth(problem: &dyn Problem, method: &dyn Method, horizon: f64, unit: f64) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::problem::model::Model;
+
+    /// A dose of 100 so short that steps of a hundredth of the run pass over it.
+    #[test]
+    fn a_solution_is_as_large_as_what_its_first_run_passes_over_makes_it() {
+        let dose = "56418.96 * exp(-1e6 * (t - 5.0371) * (t - 5.0371))";
+        let problem = Model::of_text(&format!("u_i {{ c = 1 }} F_i {{ {dose} - 0.4 * c }}"), &[], Some(10.0));
+        let method = crate::method::parse("radau-adaptive").expect("registered");
+        let character = Character::of(&problem.expect("a model"), &*method, 10.0, 1.0);
+        let size = character.sizes.1;
+        assert!((90.0..110.0).contains(&size) && (character.moved - size).abs() < 2.0, "{character:?}");
+    }
 
     /// To a twentieth, where either grows.
     #[test]

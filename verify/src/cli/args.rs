@@ -95,9 +95,13 @@ pub(super) fn method(text: &str) -> Result<Box<dyn Method>, Failure> {
 
 /// What is to be said where the file `text` claims another order than its runs have.
 pub(super) fn overclaim(text: &str, file: &MethodFile) -> Option<String> {
-    let claimed = file.order()?;
-    let but = FileMethod::of(file).refutes(claimed)?;
-    Some(format!("{text} claims order {claimed}, and {but}: `verify judge {text}` says why"))
+    let method = FileMethod::of(file);
+    let order = || {
+        let claimed = file.order()?;
+        Some(format!("claims order {claimed}, and {}", method.refutes(claimed)?))
+    };
+    let divergent = method.diverges().map(|why| format!("is not zero-stable, and converges in no run: {why}"));
+    Some(format!("{text} {}: `verify judge {text}` says why", divergent.or_else(order)?))
 }
 
 /// The file that `text` is the path of, a text with a slash or a file's ending; or that comes along by that name, where no method

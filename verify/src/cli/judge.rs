@@ -47,10 +47,11 @@ Decimals with six places or more are taken as rounded: conditions then hold or
 fail to the digits printed. Shorter ones are exact, unless digits = N says that
 N places are meant. Fractions p/q with q above 10^10 stand for numbers within
 1/q^2 of them. A defect, a drift or an order of a run that their digits leave
-open is not settled. Where c of a Runge–Kutta method, or of a pair, is not the
-sums of the rows, and no change of one coefficient makes it so, the order
-claimed is that on v' = f(t, v) with this c. Orders that do not settle are
-looked at in finer steps and over longer times.
+open is not settled, and so is a drift too slow to be seen, which leaves status
+0. Where c of a Runge–Kutta method, or of a pair, is not the sums of the rows,
+and no change of one coefficient makes it so, the order claimed is that on v' =
+f(t, v) with this c. Orders that do not settle are looked at in finer steps and
+over longer times.
 
 Claims: order 4, embedded order 3, stage order 2, explicit, implicit, diagonally
 implicit, A-stable, A(88)-stable, L-stable, algebraically stable, stiffly

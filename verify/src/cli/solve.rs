@@ -204,8 +204,8 @@ struct Summary {
     estimate: Option<(f64, f64)>,
     /// Whether the order of the estimate shows.
     settling: Option<Settling>,
-    /// Why there are no estimates at the end.
-    unestimated: Option<String>,
+    /// The first row behind which none has an estimate, and why.
+    unestimated: Option<(f64, String)>,
     /// Of flows, |f| at the end and the linear systems that were solved.
     effort: Option<(f64, u64)>,
     watch: Watch,
@@ -291,7 +291,8 @@ impl<'a> Solve<'a> {
     fn failed(&self, source: RunError, v: &[f64], largest: f64) -> Failure {
         let known = breakdown(&*self.problem, &*self.method, self.args.t_end).map(|known| known.reason.to_owned());
         let told = || stopped::told(&*self.problem, &*self.method, &source, (v, largest));
-        let breakdown = known.or_else(told);
+        // What is wrong with the method itself no step mends.
+        let breakdown = self.overclaim.clone().or(known).or_else(told);
         Failure::Run { problem: self.name.as_str().into(), method: self.method.name().into(), source, breakdown }
     }
 
@@ -328,6 +329,10 @@ impl<'a> Solve<'a> {
                 let difference = distance(&values, &self.problem.observe(state.t, estimator.at(state.t)?));
                 estimator.error(difference, max_norm(&values))
             });
+            if summary.unestimated.is_none() {
+                let failure = estimator.as_ref().and_then(|estimator| estimator.failure());
+                summary.unestimated = failure.map(|why| (state.t, why.to_string()));
+            }
             summary.add(state.t, max_norm(&values), error, estimate);
             if let Some(forcing) = &mut forcing {
                 forcing.add(state.t, &state.q);
@@ -349,8 +354,6 @@ impl<'a> Solve<'a> {
         let run = solved.map_err(failed)?;
         summary.effort = self.problem.solver().map(|_| (self.rate(&run.end), run.work.factorizations));
         summary.settling = estimator.as_ref().and_then(|it| it.settling(&*self.problem, &*self.method, &run.end));
-        let failure = estimator.and_then(|estimator| estimator.failure().map(ToString::to_string));
-        summary.unestimated = failure;
         // Where both tolerances lead to the same steps there is no difference.
         let estimate = summary.estimate.map_or(0.0, |(estimate, _)| estimate);
         let is_adaptive = self.method.traits().is_adaptive;
@@ -424,14 +427,18 @@ impl<'a> Solve<'a> {
         if warnings.is_empty() {
             warnings.extend(summary.beside.told(&*self.problem, &*self.method));
         }
-        if warnings.is_empty() {
+        // Rows of a wrong method are off the slopes of the equation everywhere.
+        if warnings.is_empty() && self.overclaim.is_none() {
             warnings.extend(summary.course.passed_over(&*self.problem, &summary.beside));
         }
         warnings.extend(broken);
         warnings.extend(self.overclaim.clone());
-        warnings.extend(
-            summary.unestimated.as_ref().map(|why| format!("the estimate ends early, for the finer run fails: {why}")),
-        );
+        warnings.extend(summary.unestimated.as_ref().map(|(from, why)| {
+            format!(
+                "the estimate ends early, and what rows from t = {} on are off by is not known: the finer run fails: {why}",
+                plain(*from)
+            )
+        }));
         for text in &warnings {
             // Nobody can be told where standard error is closed.
             let _ = paragraph(&mut io::stderr(), "warning: ", 9, text);
@@ -603,7 +610,10 @@ impl Summary {
     fn unresolved(&self, is_adaptive: bool) -> Option<String> {
         let (estimate, t) = self.estimate.filter(|(estimate, _)| *estimate > MEANINGLESS * self.size)?;
         let [finer, smaller] = if is_adaptive {
-            ["a tenth of the tolerances", "smaller tolerances tell"]
+            [
+                "a tenth of the tolerances",
+                "smaller tolerances tell, or `--h`, the longest step, where f acts for a moment",
+            ]
         } else {
             ["half the step", "a smaller `--h` tells"]
         };
@@ -763,11 +773,11 @@ mod tests {
     /// A clock comes by its place at t = 0.53, between rows; what f does there is left to y, or is undone at once.
     #[test]
     fn what_acts_between_rows_is_told_where_something_comes_of_it() {
-        let told = |rate: &str| {
+        let told = |rate: &str, rows: u32| {
             let model = file(&format!("u_i {{ x = 0, y = 1 }} F_i {{ 1, {rate} }}"));
             let problem = verify::problem::model::Model::load(model.path(), &[], None).expect("a model");
             let (mut course, mut beside) = (Course::default(), Beside::default());
-            for t in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            for t in (0..=rows).map(|k| f64::from(k) / f64::from(rows)) {
                 course.add(t, &[t, 1.0]);
                 beside.add(t, &[t, 1.0], Some(0.0));
             }
@@ -775,9 +785,12 @@ mod tests {
         };
         let (first, second) =
             ("heaviside(x - 0.53)*heaviside(0.5305 - x)", "heaviside(x - 0.5305)*heaviside(0.531 - x)");
-        let left = told(&format!("10*{first}"));
+        let left = told(&format!("10*{first}"), 4);
         assert!(left.as_ref().is_some_and(|text| text.starts_with("from t = 0.53")), "{left:?}");
-        assert_eq!(told(&format!("{first} - {second}")), None);
+        // From the first to the last; of few rows two would be too many.
+        let twice = told(&format!("10*{first} + 10*heaviside(x - 0.83)*heaviside(0.8305 - x)"), 64).expect("two");
+        assert!(twice.starts_with("from t = 0.53") && twice.contains(" to t = 0.83"), "{twice}");
+        assert_eq!(told(&format!("{first} - {second}"), 4), None);
     }
 
     /// Of a flow that is driven by a force of t, which is another one at the start.

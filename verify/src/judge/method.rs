@@ -5,7 +5,9 @@ use std::sync::Arc;
 use lsvi::{Integrator, VectorField};
 
 use super::analysis::Analysis;
+use super::claim::Property;
 use super::file::MethodFile;
+use crate::evidence::Outcome;
 use crate::kinds::Stability;
 use crate::method::{BuildError, Method, Traits};
 use crate::problem::Problem;
@@ -27,6 +29,12 @@ impl FileMethod {
     /// The method of `file`.
     pub fn of(file: &MethodFile) -> Self {
         Self::new(&file.name, file.body.analyse(None, None))
+    }
+
+    /// Why its errors do not fall with the step, if it is a multistep method that is not zero-stable.
+    pub fn diverges(&self) -> Option<String> {
+        let finding = self.theory.find(Property::ZeroStable)?;
+        (finding.outcome == Outcome::Fail).then_some(finding.why)
     }
 
     /// What speaks against the order `claimed`, if runs have another.
@@ -109,6 +117,15 @@ mod tests {
         let method = FileMethod::of(&MethodFile::parse("gauss6.toml", "gauss6", text).expect("a method"));
         assert_eq!(method.refutes(12), None);
         assert_eq!(method.refutes(11).as_deref(), Some("its coefficients have order 12"));
+    }
+
+    /// Of ρ = (z − 1)(z + 5), to which no stages have an answer.
+    #[test]
+    fn a_root_beyond_the_unit_circle_is_why_runs_do_not_converge() {
+        let wrong = method("kind = 'multistep'\norder = 3\nrho = [-5, 4, 1]\nsigma = [2, 4, 0]\n").diverges();
+        assert!(wrong.as_ref().is_some_and(|why| why.contains('5')), "{wrong:?}");
+        assert!(shipped("bdf7").diverges().is_some());
+        assert_eq!(["bdf6", "rk4", "stormer-verlet"].map(|name| shipped(name).diverges()), [None, None, None]);
     }
 
     fn method(text: &str) -> FileMethod {

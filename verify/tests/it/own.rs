@@ -774,6 +774,42 @@ fn a_pulse_that_solvers_pass_over_puts_none_of_them_in_the_wrong() {
     }
 }
 
+/// A dose that steps and references alike pass over: the runs agree with the reference on a solution without it.
+#[test]
+fn a_dose_that_all_pass_over_leaves_every_verdict_open() {
+    let path = directory("dose").join("dose.ds");
+    fs::write(&path, "u_i { c = 1 } F_i { 398942 * exp(-5e7 * (t - 5.0371) * (t - 5.0371)) - 0.4 * c }")
+        .expect("writable");
+    let model = path.display();
+    let (status, out, _) = say(&format!("order --model {model} --t-end 10 --method rk4"));
+    let text = flat(&out);
+    assert!(status == 3 && text.contains("INCONCLUSIVE: order 4"), "{status} {text}");
+    assert!(text.contains("the reference is in doubt: from t = 5.03") && text.contains("by itself"), "{text}");
+    let (status, out, _) = say(&format!("compare --model {model} --t-end 10"));
+    assert!(status == 3 && flat(&out).contains("The references are in doubt: from t = 5.03"), "{status} {out}");
+    // One that nobody passes over.
+    fs::write(&path, "u_i { c = 1 } F_i { 100 * exp(-0.1 * (t - 5.0371) * (t - 5.0371)) - 0.4 * c }")
+        .expect("writable");
+    let (status, out, _) = say(&format!("order --model {model} --t-end 10 --method rk4"));
+    assert!(status == 0 && !out.contains("in doubt"), "{status} {out}");
+}
+
+/// Rows of it may look right for a while; where they break off, no smaller step helps.
+#[test]
+fn a_method_that_is_not_zero_stable_is_named_as_the_cause() {
+    let known = "bdf7 is not zero-stable, and converges in no run";
+    for line in [
+        "solve --problem logistic --method bdf7 --h 0.1 --t-end 1",
+        "solve --problem logistic --method bdf7 --h 0.01 --t-end 20",
+        "compare --problem logistic --method bdf7",
+    ] {
+        let (_, _, error) = say(line);
+        assert!(flat(&error).contains(known) && !flat(&error).contains("smaller `--h`"), "{line}: {error}");
+    }
+    let (status, out, _) = say("order --problem logistic --method bdf7");
+    assert!(status != 0 && flat(&out).contains("the method is not zero-stable"), "{status} {out}");
+}
+
 /// Its bound knows of a jump of f, as those of methods do: 0.3 of a step of 4/2048 at most, and of one of 4/16384 at least.
 #[test]
 fn the_bound_of_a_program_knows_of_a_jump() {
@@ -893,9 +929,15 @@ fn a_program_is_refined_in_space() {
     let text = text
         .replace("BEGIN {", "BEGIN { e = 1; for (i = 1; i < ARGC; i++) if (ARGV[i] == \"--h\") e = ARGV[i + 1];")
         .replace("1.5 + 0.3", "e + 0.3");
-    fs::write(&script, text).expect("writable");
+    fs::write(&script, &text).expect("writable");
     let (code, out, error) = order(&[&drag[..], &["--h", "0.25"]].concat());
     assert!(code == 0 && out.contains("0.25"), "{out}{error}");
+    // It belongs to no grid: that its last one is cut, in every run alike, says nothing of what the grids differ by.
+    let cut = text.replace("printf \"2,", "printf \"0,1,1\\n1.2,1,1\\n\"; printf \"2,");
+    fs::write(&script, &cut).expect("writable");
+    let (code, out, error) = order(&[&drag[..], &["--h", "1.2"]].concat());
+    assert!(code == 0 && !flat(&out).contains("the last step was cut"), "{out}{error}");
+    fs::write(&script, text).expect("writable");
     // Every quantity has to have the order.
     let (code, out, _) = order(&[&drag[..], &["--quantity", "lift", "--expect", "2"]].concat());
     assert!(code == 1 && out.contains("PASS: order 2.000") && out.contains("FAIL: order 1.000"), "{out}");

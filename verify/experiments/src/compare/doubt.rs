@@ -1,14 +1,13 @@
 //! Where the references that solvers are judged by are in doubt themselves.
 
-use super::answer::{Answer, LARGE, STEPS, Solved, is_near};
+use super::answer::{Answer, STEPS, Solved, is_near};
 use super::{Compared, RESOLVED, Standing};
 use crate::measure::decimal::{plain, significant};
 use crate::measure::norm::{Extremes, distance, max_norm};
-use crate::method;
 use crate::problem::Problem;
-use crate::problem::changes::{acts_between, changes};
+use crate::problem::changes::changes;
 use crate::reference;
-use crate::run::run_through;
+use crate::run::passed_over::passed_over;
 
 /// Growth of a distance from one sample to the next that is the equation's and no accident: a distance between two scalars may pass
 /// near zero, but not between all pairs of references at once.
@@ -67,7 +66,10 @@ pub(super) fn doubt(
     // What all pass over nobody contests.
     let note = contested()
         .and_then(|()| overlooked(problem, horizon))
-        .or_else(|| is_model.then(|| passed_over(problem, horizon)).flatten())
+        .or_else(|| {
+            let passed_over = is_model.then(|| passed_over(problem, horizon)).flatten()?;
+            Some(format!("The references are in doubt: {passed_over}. A shorter time about it tells."))
+        })
         .or_else(|| contested().and_then(|()| parting.map(str::to_owned)))
         .or_else(|| contested().filter(|()| is_model).and_then(|()| contradicted(solved, rows)))?;
     let is_told = |row: &&mut Compared| matches!(row.standing, Standing::Agrees | Standing::Differs);
@@ -89,34 +91,6 @@ fn overlooked(problem: &dyn Problem, horizon: f64) -> Option<String> {
          may pass over it, within bounds that do not know. A shorter time about it tells.",
         significant(*first, 5),
         significant(*last, 5)
-    ))
-}
-
-/// That f acts for a moment at some place which the solution comes by between states of a run, and that a run which stops there is another.
-fn passed_over(problem: &dyn Problem, horizon: f64) -> Option<String> {
-    if problem.field().dim() > LARGE {
-        return None;
-    }
-    let times: Vec<f64> = (0..=STEPS).map(|step| horizon * step as f64 / STEPS as f64).collect();
-    let method = method::parse("radau-adaptive").ok()?;
-    let states = run_through(problem, &*method, &times[1..]).ok()?;
-    let acts = acts_between(problem, &times, &[&[problem.initial()], &states[..]].concat());
-    let (first, last) = (*acts.first()?, *acts.last()?);
-    // On the way between states of a stiff system f is another too, and nothing comes of it.
-    let mut stops = [&acts[..], &times[1..]].concat();
-    stops.sort_by(f64::total_cmp);
-    stops.dedup();
-    let anew = run_through(problem, &*method, &stops).ok()?;
-    let parts = |(a, b): (&Vec<f64>, &Vec<f64>)| distance(a, b) > RESOLVED * max_norm(a);
-    let at_times = stops.iter().zip(anew).filter(|(t, _)| times[1..].contains(t)).map(|(_, state)| state);
-    if !states.iter().zip(&at_times.collect::<Vec<_>>()).any(parts) {
-        return None;
-    }
-    Some(format!(
-        "The references are in doubt: from t = {} to t = {} f acts for a moment, where the solution comes by some place, and solvers that choose their \
-         steps may pass over it, within bounds that do not know. A shorter time about it tells.",
-        significant(first, 5),
-        significant(last, 5)
     ))
 }
 

@@ -15,6 +15,7 @@ use verify::method::Method;
 use verify::order::{Ladder, Source, Truth, measure_on};
 use verify::problem::Problem;
 use verify::program::{Request, Shown};
+use verify::run::passed_over::passed_over;
 use verify::theory::{methods_for, order_plan};
 
 use data::DataArgs;
@@ -48,7 +49,9 @@ than a step from it is measured at the time that it reached, with a note.
 
 The default reference is the exact solution where it is known, else CVODE (or
 diffsol in a build without it). A solver is run at two tolerances; the bound on
-its error that follows is part of an error's floor.
+its error that follows is part of an error's floor. Both may pass over what f of
+a model does for a moment: where a run that stops at it is another, the verdict
+is inconclusive, with a note.
 
 JSON, one object: problem, method, reference, t_end, expected {order, band} or
 null, declared {nominal, reason} or null, notes, slope, stderr, r_squared (null
@@ -250,6 +253,10 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
              {text}` says why"
         ));
     }
+    let divergent = file.as_ref().and_then(|file| FileMethod::of(file).diverges());
+    notes.extend(divergent.map(|why| {
+        format!("the method is not zero-stable, and converges in no run: {why}; `verify judge {text}` says why")
+    }));
     // A method that does not apply would otherwise show as a failure at each step size.
     method.build(&*problem)?;
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
@@ -269,6 +276,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         fit.reason += &format!(": a method without order does not converge; `verify judge {text}` says why");
     }
     let end = order_plan(&*problem, &*method).horizon;
+    doubt(&*problem, (truth, end), &mut fit, &mut notes);
     let result = Measurement::new(&name, method.name(), (truth, end), (&fit, true), &notes);
     let start = problem.initial();
     let result = match problem.observe(0.0, &start) == start {
@@ -280,6 +288,20 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         args.problem.write_caveat(out).map_err(Failure::Output)?;
     }
     Ok(fit.verdict.into())
+}
+
+/// Takes back what was told by a reference of a model that may pass over what f does for a moment, and says why.
+fn doubt(problem: &dyn Problem, (truth, end): (Truth, f64), fit: &mut OrderFit, notes: &mut Vec<String>) {
+    if problem.facts().model.is_none() || !matches!(truth, Truth::Numerical(_)) {
+        return;
+    }
+    if let Some(passed_over) = passed_over(problem, end) {
+        notes.push(format!("the reference is in doubt: {passed_over}; a shorter `--t-end` about it tells"));
+        if fit.verdict != Verdict::Inconclusive {
+            fit.verdict = Verdict::Inconclusive;
+            fit.reason += ", by a reference that is in doubt";
+        }
+    }
 }
 
 /// Whether the report measures the method on this problem too, as on each of its own.

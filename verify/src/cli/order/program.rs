@@ -5,7 +5,7 @@ use verify::measure::refinement::{Grid, Quantity};
 use verify::order::{Ladder, measure_program};
 use verify::program::{Answer, Program, ProgramError, Request, Shown, are_one_run, share_digits};
 
-use super::{Args, Measurement};
+use super::{Args, Measurement, doubt};
 use crate::cli::Status;
 use crate::cli::args::{assignment, positive, program};
 use crate::cli::error::Failure;
@@ -59,7 +59,8 @@ impl ProgramArgs {
         let program = self.program(command)?;
         let end = request.t_end.unwrap_or(known.facts().window.horizon);
         let request = Request { problem: Some(name.clone()), ..request };
-        let (truth, found) = measure_program(&*known, &program, &request, args.reference, ladder)?;
+        let (truth, mut found) = measure_program(&*known, &program, &request, args.reference, ladder)?;
+        doubt(&*known, (truth, end), &mut found.fit, &mut found.notes);
         let result = Measurement::new(
             &name,
             command.to_owned(),
