@@ -28,8 +28,8 @@ const SETTLED: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 const PATIENCE: u32 = 10;
 
 /// The Radau IIA methods with three, five and seven stages on M v̇ = f(t, v), with steps and an order chosen to hold the local
-/// error: order 5, 9 and 13, L-stable, the collocation methods that every closure gives with s Radau nodes on paths of
-/// degree s.
+/// error: order 5, 9 and 13, L-stable, the collocation methods that every closure that determines the step gives with s Radau
+/// nodes on paths of degree s.
 ///
 /// The stages are decoupled into a real system of order n and (s − 1)/2 complex ones, in the structure of the Jacobian.
 /// Jacobians and factors are kept while Newton's iteration converges well, and the order rises with its contraction. The

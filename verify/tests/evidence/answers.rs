@@ -137,14 +137,14 @@ fn parabolic(evidence: &Evidence) -> Result<(), Failed> {
         &[
             format!("Take `{radau}`, Radau IIA with two stages, for a stiff parabolic problem:"),
             format!(
-                "in a channel of 64 cells, for 32 linear systems of the size of the problem, its error is {of_radau} of Method I's on smooth data and {of_later} of it well after a jump."
+                "in a channel of 64 cells, for 32 linear systems of the size of the problem, 16 steps of either, its error is {of_radau} of Method I's on smooth data and {of_later} of it well after a jump."
             ),
             format!(
                 "right after it, for two linear systems, the other methods have {} times its error",
                 between(low, high)
             ),
             format!(
-                "in the first of these runs this library makes {own_factors} for Method I, {radau_factors} for Radau IIA, with new ones in each step, and {kept_factors} for `sdirk2`, whose error is {} of Method I's on smooth data and {} of it well after the jump",
+                "in the first of these runs the number of matrices that this library factors is {own_factors} for Method I, {radau_factors} for Radau IIA, which takes new ones in each step, and {kept_factors} for `sdirk2`, whose error is {} of Method I's on smooth data and {} of it well after the jump",
                 brief(of_smooth),
                 brief(of_jump)
             ),

@@ -148,10 +148,21 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             Requirement::Below(1.0),
             "left and middle panels; the matrix of a step is kept while its size is the same",
         ),
+        Check::new(
+            "parabolic/renewed",
+            format!(
+                "Radau IIA with two stages factors anew in each step although f and the step stay the same: \
+                 least number of factorizations a step in the runs of {systems} systems"
+            ),
+            factored.iter().map(|factors| factors[RADAU] as f64 / f64::from(systems / METHODS[RADAU].1)).smallest(),
+            Requirement::AtLeast(1.0),
+            "1 where no factors are kept from one step to the next",
+        ),
     ];
     let values = [
         ("cells", CELLS.to_string()),
         ("systems", systems.to_string()),
+        ("steps", (systems / METHODS[0].1).to_string()),
         ("smooth_best", named(smooth_best)),
         ("smooth_radau", brief(smooth[later_best] / smooth[0])),
         ("smooth_trapezoidal", brief(smooth[TRAPEZOIDAL] / smooth[0])),

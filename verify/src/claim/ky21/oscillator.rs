@@ -26,7 +26,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         id: "KY21-b-5",
-        source: "[KY21] Section 3.1, after Table 1",
+        source: "[KY21] Section 3.1, after (17)",
         statement: "For the harmonic oscillator the schemes (16) and (17) are both of second order.",
         quantifier: Quantifier::Universal,
         criterion: "The orders fitted to live runs of degree 2 and of the midpoint rule are 2 to within 0.1.",
