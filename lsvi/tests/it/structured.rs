@@ -84,6 +84,8 @@ fn method_i_is_the_same_in_every_structure_and_formulation() {
 struct Cascade {
     structure: Structure,
     is_lower: bool,
+    /// What it says of itself: that it is linear, and that it does not depend on time.
+    declared: [bool; 2],
 }
 
 impl Cascade {
@@ -100,10 +102,10 @@ impl VectorField for Cascade {
         self.structure.clone()
     }
     fn is_linear(&self) -> bool {
-        true
+        self.declared[0]
     }
     fn is_autonomous(&self) -> bool {
-        true
+        self.declared[1]
     }
     fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
         (0..6).for_each(|i| dv[i] = 1.0 - v[i] + self.other(i).map_or(0.0, |j| 2.0 * v[j]));
@@ -120,20 +122,24 @@ impl VectorField for Cascade {
 fn linear_method_i_is_the_same_in_every_structure_with_entries_on_one_side() {
     for is_lower in [true, false] {
         let (lower, upper) = (usize::from(is_lower), usize::from(!is_lower));
-        let run = |structure| {
-            let field = Cascade { structure, is_lower };
+        let run_as = |declared, structure| {
+            let field = Cascade { structure, is_lower, declared };
             end(method_i(field).expect("usable"), (1..7).map(f64::from).collect(), 0.1, 0.5)
         };
-        let dense = run(Structure::Dense);
+        let dense = run_as([false, false], Structure::Dense);
         // ‖B‖ ≤ 1 + 3h.
         for (structure, what) in [
+            (Structure::Dense, "all entries"),
             (Structure::Banded { lower, upper }, "its band"),
             (Structure::Banded { lower: 1, upper: 1 }, "a wider band"),
             (sparse_band(6, lower, upper), "its pattern"),
             (sparse_band(6, 1, 1), "a wider pattern"),
         ] {
             // States come to 10 in size.
-            assert_same(&dense, &run(structure), 50.0, 1.3 * 1.3, &format!("{what}, {is_lower}"));
+            for declared in [[true, true], [true, false]] {
+                let run = run_as(declared, structure.clone());
+                assert_same(&dense, &run, 50.0, 1.3 * 1.3, &format!("{what}, {is_lower}, {declared:?}"));
+            }
         }
     }
 }
@@ -203,7 +209,8 @@ fn linear_method_i_steps_waves_in_every_structure() {
 #[test]
 fn a_linear_step_of_nearly_the_same_size_is_that_of_a_new_method() {
     for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 0 }, sparse_band(6, 1, 0)] {
-        let method = || method_i(Cascade { structure: structure.clone(), is_lower: true }).expect("usable");
+        let method =
+            || method_i(Cascade { structure: structure.clone(), is_lower: true, declared: [true; 2] }).expect("usable");
         let step = |method: &mut dyn OneStep, h: f64| {
             let (mut v, mut p) = ((1..7).map(f64::from).collect::<Vec<_>>(), vec![0.0; 6]);
             method.step(0.0, h, &mut v, &mut p).expect("solvable");

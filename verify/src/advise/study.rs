@@ -142,6 +142,30 @@ impl Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::problem::model::Model;
+
+    /// Of a coarse tolerance and of short steps, which are far more accurate than it.
+    #[test]
+    fn a_run_is_made_anew_with_its_longest_step() {
+        let problem = Model::of_text("u_i { x = 1 } F_i { -x + sin(3 * t) }", &[], Some(10.0)).expect("a model");
+        let error = |longest| {
+            let trial = Trial {
+                method: "radau-adaptive".into(),
+                setting: 1e-3,
+                atol: Some(vec![1e-3]),
+                longest,
+                is_strict: false,
+                steps: 1,
+                error: 0.0,
+                times: Vec::new(),
+                cost: 1.0,
+                falls: None,
+            };
+            Error::of(&problem, &trial).expect("it runs").size
+        };
+        let [short, chosen] = [Some(0.05), None].map(error);
+        assert!(short < 1e-7 && chosen > 1e-6, "{short} and {chosen}");
+    }
 
     /// The fourth accuracy, which the report does not show, and the one system that it shows at one accuracy alone.
     #[test]

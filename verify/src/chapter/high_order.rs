@@ -211,6 +211,21 @@ mod tests {
     use crate::evidence::Outcome;
     use crate::measure::extrapolation::Bounded;
 
+    /// With R(∞) = 0, as Radau, with 1, as Gauss, and with 0 where a step amplifies.
+    #[test]
+    fn what_is_a_stable_is_l_stable_where_it_damps_at_infinity() {
+        for (infinity, largest, expected) in
+            [(0.0, 1.0, ["yes", "yes"]), (1.0, 1.0, ["yes", "no"]), (0.0, 1.1, ["no", "no"])]
+        {
+            let constant = Bounded { value: 1.0, bound: 1e-9 };
+            let linear = Linearised { method: methods()[0], slope: 1.0, order: 1, constant, infinity, largest };
+            let table = table(&[Arc::new(linear)], &[Arc::new(None)]);
+            let told =
+                ["a_stable", "l_stable"].map(|name| table.rows[0][table.column(name).expect("there")].to_string());
+            assert_eq!(told, expected, "R(∞) = {infinity}, |R| ≤ {largest}");
+        }
+    }
+
     /// R(z) − eᶻ by hand: z²/2 of implicit Euler, z³/12 of the midpoint and the trapezoidal rule, −z⁴/72 of Radau IIA with two stages.
     #[test]
     fn the_error_constant_of_every_collocation_method_is_checked() {

@@ -185,6 +185,22 @@ fn nonlinear(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErro
 mod tests {
     use super::*;
 
+    /// At the shortest and the longest steps, in both metrics.
+    #[test]
+    fn the_column_of_a_is_what_is_left_of_it() {
+        let mut evidence = Evidence::default();
+        invariant(&mut evidence, &Context::quick()).expect("it runs");
+        let rows = &evidence.tables[0].rows;
+        for (name, w) in metrics() {
+            let of: Vec<_> = rows.iter().filter(|row| row[0].to_string() == name).collect();
+            for row in [of[0], of[of.len() - 1]] {
+                let [h, a] = [1, 2].map(|column| row[column].number().expect("a number"));
+                let expected = propagator(&decay(), &w, h).expect("regular").pow(10)[(0, 0)];
+                assert!((a - expected).abs() < 2e-7, "{name}, h = {h}: {a} against {expected}");
+            }
+        }
+    }
+
     #[test]
     fn solutions_that_differ_by_more_than_rounding_are_not_the_same() {
         let mut evidence = Evidence::default();

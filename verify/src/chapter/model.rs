@@ -183,3 +183,29 @@ fn advice(model: &Model, found: &Found, target: f64) -> Result<Vec<String>, Stud
     ];
     prose::fill(include_str!("model.md"), &values)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An explicit method that evaluates least and factors nothing, and two that factor.
+    #[test]
+    fn each_method_is_advised_with_its_own_counts() {
+        let point = |solver: &str, evaluations: u64, factorizations: u64| Point {
+            solver: solver.into(),
+            is_reference: false,
+            setting: 0.1,
+            steps: 10,
+            evaluations,
+            factorizations,
+            error: 1e-6,
+            seconds: 0.0,
+        };
+        let points = vec![point("rk4", 40, 0), point("method-i", 50, 7), point("sdirk2", 60, 3)];
+        let model = Model::of_text("u_i { x = 1 } F_i { -x }", &[], Some(1.0)).expect("a model");
+        let text = advice(&model, &Found { points, ..Found::default() }, 1e-5).expect("filled").join(" ");
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.starts_with("Take `rk4`.") && text.contains("with 40 evaluations of f"), "{text}");
+        assert!(text.contains("`method-i` needs 50") && text.contains("`sdirk2` is the best with 3."), "{text}");
+    }
+}

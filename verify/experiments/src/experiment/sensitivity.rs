@@ -116,6 +116,28 @@ mod tests {
         assert_eq!((short.lost(), long.lost(), long.time), (None, None, 1000.0));
     }
 
+    /// Beside a distance of 10⁻¹² that grows on its own by 10⁶; the other one is brought back on the way, from where motions begin to bend.
+    #[test]
+    fn growth_goes_on_where_motions_are_brought_together() {
+        let problem = problem::build_setting("double-pendulum").expect("registered");
+        let method = method::parse("midpoint-vi").expect("registered");
+        let (h, steps) = (0.05, 14 * STEPS);
+        let after = |start: &[f64]| {
+            let go = |_: &_, _| ControlFlow::Continue(());
+            run_from(&*problem, start.to_vec(), &*method, h, h * STEPS as f64, go).expect("it runs").end.q
+        };
+        let mut state = after(&problem.initial());
+        let mut beside = state.clone();
+        beside[state.len() / 2..].iter_mut().for_each(|p| *p *= 1.0 + 1e-12);
+        let near = distance(&state, &beside);
+        for _ in 0..14 {
+            (state, beside) = (after(&state), after(&beside));
+        }
+        let alone = (distance(&state, &beside) / near).ln();
+        let found = parting(&*problem, &*method, h, steps).expect("it runs").growth;
+        assert!(alone > 13.0 && (found - alone).abs() < 0.2, "{found} with, {alone} without");
+    }
+
     #[test]
     fn chaos_makes_a_motion_of_a_rounding_at_a_steady_rate() {
         let chaotic = found("double-pendulum", 20_000);

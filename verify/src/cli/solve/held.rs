@@ -163,14 +163,21 @@ mod tests {
         let problem = verify::problem::build("linear-drag", &[("lambda".into(), "-1".into())]).expect("known");
         let method = verify::method::parse("implicit-euler").expect("known");
         let mut held = Held::default();
-        for (t, estimate) in [(4.0, 1e-3), (8.0, 7e-3), (12.0, 2e-3)] {
-            // The first leaves what was before, by its size.
-            let state = [if t == 4.0 { 3.0 } else { 1.0 }];
+        // The largest one before it has gone by then.
+        for (t, estimate) in [(4.0, 9e-3), (8.0, 1e-3), (12.0, 7e-3), (16.0, 2e-3)] {
+            // The first leave what was before, by their sizes.
+            let state = [if t == 4.0 {
+                9.0
+            } else if t == 8.0 {
+                3.0
+            } else {
+                1.0
+            }];
             let row = Row { t, state: &state, estimate: Some(estimate), has_ended: false };
             held.add(&*problem, &*method, t - 4.0, &row, 1.0);
         }
-        assert_eq!((held.latest.steps, held.latest.times, held.latest.error), (2, [4.0, 12.0], 1e-3));
-        assert_eq!((held.worst.expect("it is hidden").error, held.estimate), (1e-3, 7e-3));
+        assert_eq!((held.latest.steps, held.latest.times, held.latest.error), (2, [8.0, 16.0], 1e-3));
+        assert_eq!((held.worst.expect("it is hidden").error, held.estimate), (1e-3, 9e-3));
     }
 
     /// In steps of 4, 6 and 4: what shows the growth is looked for in the longest.

@@ -241,6 +241,10 @@ mod tests {
         assert_eq!(read.len(), 2);
         assert!((read[0].grids[0].h - 0.05).abs() < 1e-16 && (read[0].grids[1].h - 0.1).abs() < 1e-15);
         assert_eq!(read[0].resolution, 0.005);
+        // Each quantity by its own digits.
+        let unlike = "h,drag,lift\n0.2,1.4,1.123456\n0.1,1.1,1.03\n";
+        let found = super::read(unlike.as_bytes(), Some(&Spacing::Step("h".into())), &[]).expect("a table");
+        assert!((found[0].resolution - 0.05).abs() < 1e-16 && (found[1].resolution - 5e-7).abs() < 1e-20);
         assert!(read[1].grids.iter().all(|grid| grid.value.is_none()));
     }
 

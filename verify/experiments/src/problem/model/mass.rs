@@ -188,6 +188,8 @@ mod tests {
     fn what_is_no_constant_regular_matrix_is_refused_with_the_reason() {
         for (mass, reason) in [
             ("dxdt, 0 * dydt", "row 2 has no dudt"),
+            ("dxdt + dydt, 0 * dxdt", "row 2 has no dudt"),
+            ("dxdt, 2 * dxdt", "M is singular"),
             ("dxdt + dydt, dxdt + dydt", "M is singular"),
             ("dxdt + 3 * dydt, dxdt / 3 + dydt", "M is singular"),
             ("dxdt, t * dydt", "M depends on t,"),
