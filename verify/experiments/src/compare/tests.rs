@@ -382,6 +382,18 @@ fn a_reference_that_methods_agree_against_is_in_doubt() {
     assert_eq!(doubted_on(&many, "diffsol-bdf", &[1.0]), 0);
 }
 
+/// An earlier end would tell no more, and what rests at another value tells.
+#[test]
+fn a_solution_that_rests_at_zero_decides_nothing() {
+    let stands = |x: f64| {
+        let answer = || Answer { states: vec![vec![x, 0.0]], bound: 1e-12, astray: None, runs: None };
+        judge(&Ok(answer()), Some(&answer()))
+    };
+    let (standing, status) = stands(0.0);
+    assert!(standing == Standing::Unresolved && status.contains("the solution is zero"), "{status}");
+    assert_eq!(stands(0.1).0, Standing::Agrees);
+}
+
 /// What is said of an answer whose runs differ by another order than that of its bound.
 #[test]
 fn orders_that_do_not_settle_are_told() {

@@ -5,6 +5,9 @@ use super::{RESOLVED, SETTLED, Standing};
 use crate::measure::decimal::{decimals, significant, trimmed};
 use crate::theory::Breakdown;
 
+/// What is said of a solution that rests at 0.
+const ZERO: &str = "agrees, but the solution is zero, of which no bound is a small part";
+
 /// The decision on one answer.
 pub(super) fn judge(answer: &Result<Answer, Gap>, truth: Option<&Answer>) -> (Standing, String) {
     let (answer, truth) = match (answer, truth) {
@@ -24,6 +27,7 @@ pub(super) fn judge(answer: &Result<Answer, Gap>, truth: Option<&Answer>) -> (St
         }
         (true, _) => (Standing::Agrees, agreement(answer)),
         (false, Some(breakdown)) => where_it_may_break_down(near, breakdown, answer, truth),
+        (false, None) if near && largest(&truth.states) == 0.0 => (Standing::Unresolved, ZERO.into()),
         (false, None) if near => (Standing::Unresolved, too_wide(answer)),
         (false, None) => match answer.runs.filter(|runs| !runs.is_settled) {
             Some(runs) => (Standing::Unresolved, unsettled(&runs)),

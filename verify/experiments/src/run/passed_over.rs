@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use crate::problem::model::Model;
 
-    /// A dose of 100 so short that every solver passes over it, and one that none does; the same at a place that the solution comes by.
+    /// A dose of 100 so short that every solver passes over it, and one that none does.
     #[test]
     fn a_moment_is_passed_over_where_it_is_short() {
         let model = |f: &str| Model::of_text(&format!("u_i {{ c = 1 }} F_i {{ {f} }}"), &[], None).expect("a model");
