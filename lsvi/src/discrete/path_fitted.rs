@@ -21,9 +21,8 @@ use crate::quadrature::{Basis, BernsteinBasis, LagrangeBasis, NodeFamily};
 /// configuration, or L on the velocity linearly, no choice of nodes is symplectic in general (a uniform magnetic field without a potential is an
 /// exception); [`Galerkin`](super::Galerkin) is.
 ///
-/// The velocities at the ends are differences of positions over h, whose roundings, ε|q|/h, are in the momenta of every step unless L is
-/// [separable](Lagrangian::is_separable): they add up to about ε|q|√T h^(−3/2) over a time T, which is more the shorter the steps are, and
-/// which those of Galerkin's steps do not.
+/// The velocities at the ends are differences of positions over h. Unless L is [separable](Lagrangian::is_separable), their roundings, of
+/// about ε|q|/h, are in the momenta of every step: the shorter the steps are, the more they make of a run.
 #[derive(Debug)]
 pub struct PathFitted<L> {
     lagrangian: L,

@@ -1,6 +1,6 @@
 //! One run of one method on one problem: the only way to step a method.
 
-pub mod passed_over;
+mod passed_over;
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -9,6 +9,8 @@ use lsvi::{InputError, SolveError, State, StepError, Trajectory, Work};
 
 use crate::method::{BuildError, Method};
 use crate::problem::Problem;
+
+pub use passed_over::passed_over;
 
 /// What a run leaves.
 #[derive(Debug, Clone, PartialEq)]

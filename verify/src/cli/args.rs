@@ -93,14 +93,14 @@ pub(super) fn method(text: &str) -> Result<Box<dyn Method>, Failure> {
     })
 }
 
-/// What is to be said where the file `text` claims another order than its runs have.
+/// What is to be said where the file `text` claims another order than its runs have, or is of a method that is not zero-stable.
 pub(super) fn overclaim(text: &str, file: &MethodFile) -> Option<String> {
     let method = FileMethod::of(file);
     let order = || {
         let claimed = file.order()?;
         Some(format!("claims order {claimed}, and {}", method.refutes(claimed)?))
     };
-    let divergent = method.diverges().map(|why| format!("is not zero-stable, and converges in no run: {why}"));
+    let divergent = method.diverges().map(|what| format!("is {what}"));
     Some(format!("{text} {}: `verify judge {text}` says why", divergent.or_else(order)?))
 }
 

@@ -18,10 +18,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
 use lsvi::{Grid, InputError, State, SystemError};
 use verify::estimate::{Estimator, Settling};
+use verify::kinds::Stability;
 use verify::measure::decimal::{decimals, trimmed};
 use verify::measure::norm::{Extremes, distance, larger, max_norm};
-use verify::method::Method;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
+use verify::method::{Method, Traits};
 use verify::problem::changes::acts_between;
 use verify::problem::{Invariant, Problem, component_names};
 use verify::run::{RunError, run_while};
@@ -291,8 +292,15 @@ impl<'a> Solve<'a> {
     fn failed(&self, source: RunError, v: &[f64], largest: f64) -> Failure {
         let known = breakdown(&*self.problem, &*self.method, self.args.t_end).map(|known| known.reason.to_owned());
         let told = || stopped::told(&*self.problem, &*self.method, &source, (v, largest));
-        // What is wrong with the method itself no step mends.
-        let breakdown = self.overclaim.clone().or(known).or_else(told);
+        let reason = known.or_else(told);
+        let Traits { order, stability, .. } = self.method.traits();
+        let breakdown = match self.overclaim.clone() {
+            // No step mends it.
+            Some(wrong) if order == 0 || stability == Stability::Unstable => Some(wrong),
+            // An order that is too low is no reason to break off.
+            Some(wrong) => Some(reason.map_or_else(|| wrong.clone(), |reason| format!("{reason}; {wrong}"))),
+            None => reason,
+        };
         Failure::Run { problem: self.name.as_str().into(), method: self.method.name().into(), source, breakdown }
     }
 

@@ -31,10 +31,11 @@ impl FileMethod {
         Self::new(&file.name, file.body.analyse(None, None))
     }
 
-    /// Why its errors do not fall with the step, if it is a multistep method that is not zero-stable.
+    /// What a multistep method is that is not zero-stable, with its root: no errors of it fall with the step.
     pub fn diverges(&self) -> Option<String> {
         let finding = self.theory.find(Property::ZeroStable)?;
-        (finding.outcome == Outcome::Fail).then_some(finding.why)
+        let is_refuted = finding.outcome == Outcome::Fail;
+        is_refuted.then(|| format!("not zero-stable, and converges in no run: {}", finding.why))
     }
 
     /// What speaks against the order `claimed`, if runs have another.

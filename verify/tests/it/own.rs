@@ -806,6 +806,13 @@ fn a_method_that_is_not_zero_stable_is_named_as_the_cause() {
         let (_, _, error) = say(line);
         assert!(flat(&error).contains(known) && !flat(&error).contains("smaller `--h`"), "{line}: {error}");
     }
+    // A lower order than a file claims is told beside the reason that a run breaks off for.
+    let (model, file) = (directory("rest").join("rest.ds"), format!("{METHODS}/misprints/rk4-a44.toml"));
+    fs::write(&model, "u_i { x = 1 } F_i { -sqrt(x) }").expect("writable");
+    let (status, _, error) = say(&format!("solve --model {} --method {file} --h 0.1 --t-end 4", model.display()));
+    let error = flat(&error);
+    assert!(status == 1 && error.contains("lead on from there"), "{status} {error}");
+    assert!(error.contains("claims order 4, and its coefficients have order 1"), "{error}");
     let (status, out, _) = say("order --problem logistic --method bdf7");
     assert!(status != 0 && flat(&out).contains("the method is not zero-stable"), "{status} {out}");
 }

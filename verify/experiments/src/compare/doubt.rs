@@ -7,7 +7,7 @@ use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::problem::Problem;
 use crate::problem::changes::changes;
 use crate::reference;
-use crate::run::passed_over::passed_over;
+use crate::run::passed_over;
 
 /// Growth of a distance from one sample to the next that is the equation's and no accident: a distance between two scalars may pass
 /// near zero, but not between all pairs of references at once.

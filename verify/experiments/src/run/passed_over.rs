@@ -16,8 +16,8 @@ const LARGE: usize = 200;
 /// Part of the solution that two runs differ by where one has passed over something.
 const RESOLVED: f64 = 1e-2;
 
-/// When f acts for a moment by itself, or at some place that the solution comes by, between the states of a run: one that stops there too is
-/// another.
+/// When f acts for a moment, by itself or at some place that the solution comes by, between the states of a run to the horizon, where a run
+/// that stops there too is another one. `None` where it is not, where a run fails, and of systems whose f is not looked at.
 #[must_use]
 pub fn passed_over(problem: &dyn Problem, horizon: f64) -> Option<String> {
     if problem.field().dim() > LARGE {
@@ -45,9 +45,9 @@ pub fn passed_over(problem: &dyn Problem, horizon: f64) -> Option<String> {
             )
         })
     };
-    let states_so_far = [&[problem.initial()], &states[..]].concat();
+    let course = [&[problem.initial()], &states[..]].concat();
     told(changes(problem, horizon, &times[1..]), "changes by itself for a moment").or_else(|| {
-        let acts = acts_between(problem, &times, &states_so_far);
+        let acts = acts_between(problem, &times, &course);
         told(acts, "acts for a moment, where the solution comes by some place")
     })
 }

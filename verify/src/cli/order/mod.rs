@@ -15,7 +15,7 @@ use verify::method::Method;
 use verify::order::{Ladder, Source, Truth, measure_on};
 use verify::problem::Problem;
 use verify::program::{Request, Shown};
-use verify::run::passed_over::passed_over;
+use verify::run::passed_over;
 use verify::theory::{methods_for, order_plan};
 
 use data::DataArgs;
@@ -254,9 +254,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         ));
     }
     let divergent = file.as_ref().and_then(|file| FileMethod::of(file).diverges());
-    notes.extend(divergent.map(|why| {
-        format!("the method is not zero-stable, and converges in no run: {why}; `verify judge {text}` says why")
-    }));
+    notes.extend(divergent.map(|what| format!("the method is {what}; `verify judge {text}` says why")));
     // A method that does not apply would otherwise show as a failure at each step size.
     method.build(&*problem)?;
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));

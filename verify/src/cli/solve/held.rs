@@ -164,16 +164,9 @@ mod tests {
         let method = verify::method::parse("implicit-euler").expect("known");
         let mut held = Held::default();
         // The largest one before it has gone by then.
-        for (t, estimate) in [(4.0, 9e-3), (8.0, 1e-3), (12.0, 7e-3), (16.0, 2e-3)] {
+        for (t, x, estimate) in [(4.0, 9.0, 9e-3), (8.0, 3.0, 1e-3), (12.0, 1.0, 7e-3), (16.0, 1.0, 2e-3)] {
             // The first leave what was before, by their sizes.
-            let state = [if t == 4.0 {
-                9.0
-            } else if t == 8.0 {
-                3.0
-            } else {
-                1.0
-            }];
-            let row = Row { t, state: &state, estimate: Some(estimate), has_ended: false };
+            let row = Row { t, state: &[x], estimate: Some(estimate), has_ended: false };
             held.add(&*problem, &*method, t - 4.0, &row, 1.0);
         }
         assert_eq!((held.latest.steps, held.latest.times, held.latest.error), (2, [8.0, 16.0], 1e-3));
