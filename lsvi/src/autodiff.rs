@@ -12,10 +12,9 @@ pub use lagrangian::{AutoLagrangian, LagrangianFn};
 use auto_impl::auto_impl;
 use num_dual::{Dual64, DualNum, HyperDual64};
 
-use crate::coloring::Coloring;
+use self::sweep::{Sweeps, add_columns, constants, each, pairs, write_values};
 use crate::linalg::{Jacobian, Structure, by_size};
 use crate::mass::Mass;
-use crate::pool::Pool;
 use crate::vector_field::VectorField;
 
 /// Numbers that a generic definition computes with: `f64` and dual numbers over it.
@@ -113,68 +112,13 @@ macro_rules! field {
 #[derive(Debug)]
 pub struct AutoField<F> {
     field: F,
-    structure: Structure,
-    coloring: Coloring,
-    /// Along which the structure is checked, if the field declares one.
-    directions: Vec<f64>,
-    first: Pool<Sweep<Dual64>>,
-    second: Pool<Sweep<HyperDual64>>,
-    row_check: Pool<Vec<RowCheck>>,
-}
-
-#[derive(Debug)]
-struct Sweep<T> {
-    v: Vec<T>,
-    dv: Vec<T>,
-}
-
-impl<T: Scalar> Sweep<T> {
-    fn new(dim: usize) -> Pool<Self> {
-        Pool::new(move || Self { v: vec![T::from(0.0); dim], dv: vec![T::from(0.0); dim] })
-    }
-
-    fn seed(&mut self, v: &[f64]) {
-        for (dual, &x) in self.v.iter_mut().zip(v) {
-            *dual = T::from(x);
-        }
-    }
-}
-
-/// Σ_j J_ij s_j and Σ_j |J_ij s_j| of the entries found in row i.
-#[derive(Debug, Clone, Copy, Default)]
-struct RowCheck {
-    sum: f64,
-    size: f64,
-}
-
-impl RowCheck {
-    /// Whether the sweep along s gives the same row sum but for the rounding of two evaluations.
-    fn agrees(self, sweep: f64) -> bool {
-        // Intermediate terms of f may exceed the entries; a structural entry shows far above this.
-        const RELATIVE: f64 = 1e-8;
-        sweep.is_nan() || (sweep - self.sum).abs() <= RELATIVE * self.size.max(sweep.abs() * f64::EPSILON.sqrt())
-    }
-}
-
-/// Directions without small integer relations between their components, so that entries do not cancel.
-fn direction(j: usize) -> f64 {
-    1.0 + 0.5 * ((j + 1) as f64).sin()
+    sweeps: Sweeps,
 }
 
 impl<F: FieldFn> AutoField<F> {
     /// Wraps `field`.
     pub fn new(field: F) -> Self {
-        let dim = field.dim();
-        let structure = field.structure();
-        Self {
-            first: Sweep::new(dim),
-            second: Sweep::new(dim),
-            row_check: Pool::new(move || vec![RowCheck::default(); dim]),
-            coloring: Coloring::new(dim, &structure),
-            directions: if structure == Structure::Dense { Vec::new() } else { (0..dim).map(direction).collect() },
-            structure,
-            field,
-        }
+        Self { sweeps: Sweeps::new(field.dim(), field.structure()), field }
     }
 
     /// The definition that is differentiated.
@@ -182,126 +126,19 @@ impl<F: FieldFn> AutoField<F> {
         &self.field
     }
 
-    fn is_dense(&self) -> bool {
-        self.structure == Structure::Dense
-    }
-
-    /// Whether the derivative along [`direction`] is that of the entries in `row_check`.
-    fn has_declared_structure(&self, t: f64, sweep: &mut Sweep<Dual64>, row_check: &[RowCheck]) -> bool {
-        sweep.v.iter_mut().zip(&self.directions).for_each(|(x, direction)| x.eps = *direction);
-        self.field.rhs(t, &sweep.v, &mut sweep.dv);
-        sweep.v.iter_mut().for_each(|x| x.eps = 0.0);
-        row_check.iter().zip(&sweep.dv).all(|(row, f)| row.agrees(f.eps))
-    }
-
     /// The state of a dense system of N unknowns, whose derivatives are found on the stack.
     #[inline(always)]
     fn few<'a, const N: usize>(&self, v: &'a [f64]) -> Option<&'a [f64; N]> {
-        v.try_into().ok().filter(|_| self.is_dense())
+        v.try_into().ok().filter(|_| self.sweeps.is_dense())
     }
 
-    /// Adds `scale` · J of a dense system to `out`, and returns f.
+    /// Adds `scale` · J of a dense system to `out`, and writes f into `dv`.
     #[inline(always)]
-    fn linearize_small<const N: usize>(&self, t: f64, v: &[f64; N], scale: f64, out: &mut Jacobian) -> [f64; N] {
+    fn linearize_small<const N: usize>(&self, t: f64, v: &[f64; N], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
         let mut columns = [[Dual64::from(0.0); N]; N];
-        sweep::each::<N>(v, |j, v| self.field.rhs(t, v, &mut columns[j]));
-        match out.dense_mut() {
-            Some(out) if out.len() == N * N => {
-                for (out, f) in out.iter_mut().zip(columns.as_flattened()) {
-                    *out += scale * f.eps;
-                }
-            }
-            _ => {
-                for (j, column) in columns.iter().enumerate() {
-                    column.iter().enumerate().for_each(|(i, f)| out.add(i, j, scale * f.eps));
-                }
-            }
-        }
-        columns[0].map(|f| f.re)
-    }
-
-    /// The Jacobian of a dense system at the state of `sweep`, column by column.
-    fn sweep_columns(&self, sweep: &mut Sweep<Dual64>, t: f64, scale: f64, out: &mut Jacobian) {
-        for j in 0..sweep.v.len() {
-            sweep.v[j].eps = 1.0;
-            self.field.rhs(t, &sweep.v, &mut sweep.dv);
-            sweep.v[j].eps = 0.0;
-            for (i, f) in sweep.dv.iter().enumerate() {
-                if f.eps != 0.0 {
-                    out.add(i, j, scale * f.eps);
-                }
-            }
-        }
-    }
-
-    /// Adds `scale` · Σ_i w_i ∂²f_i of a dense system at `v` to `out`; `dv` is work space.
-    #[inline(always)]
-    fn sweep_pairs(
-        &self,
-        (t, v, dv): (f64, &mut [HyperDual64], &mut [HyperDual64]),
-        w: &[f64],
-        scale: f64,
-        out: &mut Jacobian,
-    ) {
-        for j in 0..v.len() {
-            v[j].eps1 = 1.0;
-            for k in 0..=j {
-                v[k].eps2 = 1.0;
-                self.field.rhs(t, v, dv);
-                v[k].eps2 = 0.0;
-                let entry = scale * w.iter().zip(&*dv).map(|(w, f)| w * f.eps1eps2).sum::<f64>();
-                if entry != 0.0 {
-                    out.add(j, k, entry);
-                    if j != k {
-                        out.add(k, j, entry);
-                    }
-                }
-            }
-            v[j].eps1 = 0.0;
-        }
-    }
-
-    /// [`VectorField::add_jacobian`] with work space.
-    fn sweep_jacobian(
-        &self,
-        sweep: &mut Sweep<Dual64>,
-        row_check: &mut [RowCheck],
-        (t, v): (f64, &[f64]),
-        scale: f64,
-        out: &mut Jacobian,
-    ) {
-        sweep.seed(v);
-        if self.is_dense() {
-            return self.sweep_columns(sweep, t, scale, out);
-        }
-        row_check.fill(RowCheck::default());
-        for c in 0..self.coloring.groups() {
-            self.coloring.columns(c).for_each(|j| sweep.v[j].eps = 1.0);
-            self.field.rhs(t, &sweep.v, &mut sweep.dv);
-            self.coloring.columns(c).for_each(|j| sweep.v[j].eps = 0.0);
-            for (i, j) in self.coloring.entries(c) {
-                let entry = sweep.dv[i].eps;
-                if entry != 0.0 {
-                    out.add(i, j, scale * entry);
-                    let along = entry * self.directions[j];
-                    row_check[i].sum += along;
-                    row_check[i].size += along.abs();
-                }
-            }
-        }
-        if self.has_declared_structure(t, sweep, row_check) {
-            return;
-        }
-        for j in 0..v.len() {
-            sweep.v[j].eps = 1.0;
-            self.field.rhs(t, &sweep.v, &mut sweep.dv);
-            sweep.v[j].eps = 0.0;
-            for (i, f) in sweep.dv.iter().enumerate() {
-                if self.structure.rows(v.len(), j).all(|row| row != i) {
-                    out.add(i, j, scale * f.eps);
-                }
-            }
-        }
+        each::<N>(v, |j, v| self.field.rhs(t, v, &mut columns[j]));
+        add_columns(&columns, scale, out);
+        write_values(&columns[0], dv);
     }
 }
 
@@ -311,7 +148,7 @@ impl<F: FieldFn> VectorField for AutoField<F> {
     }
 
     fn structure(&self) -> Structure {
-        self.structure.clone()
+        self.sweeps.structure().clone()
     }
 
     fn mass(&self) -> Mass {
@@ -334,8 +171,7 @@ impl<F: FieldFn> VectorField for AutoField<F> {
     #[inline(always)]
     fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
         by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
-            let f = self.linearize_small(t, v, scale, out);
-            return dv.iter_mut().zip(f).for_each(|(dv, f)| *dv = f);
+            return self.linearize_small(t, v, dv, scale, out);
         }, else {});
         self.field.rhs(t, v, dv);
         self.add_jacobian(t, v, scale, out);
@@ -343,19 +179,13 @@ impl<F: FieldFn> VectorField for AutoField<F> {
 
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
         by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
-            self.linearize_small(t, v, scale, out);
-            return;
+            return self.linearize_small(t, v, &mut [], scale, out);
         }, else {});
-        self.first.with(|sweep| self.row_check.with(|rows| self.sweep_jacobian(sweep, rows, (t, v), scale, out)));
+        self.sweeps.add_jacobian(&|v, dv| self.field.rhs(t, v, dv), v, scale, out);
     }
 
     fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
-        self.first.with(|sweep| {
-            sweep.seed(v);
-            sweep.v.iter_mut().zip(x).for_each(|(dual, x)| dual.eps = *x);
-            self.field.rhs(t, &sweep.v, &mut sweep.dv);
-            out.iter_mut().zip(&sweep.dv).for_each(|(o, f)| *o = f.eps);
-        });
+        self.sweeps.apply_jacobian(&|v, dv| self.field.rhs(t, v, dv), v, x, out);
     }
 
     fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
@@ -363,34 +193,9 @@ impl<F: FieldFn> VectorField for AutoField<F> {
             return;
         }
         by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
-            let (mut v, mut dv) = (v.map(HyperDual64::from), [HyperDual64::from(0.0); N]);
-            return self.sweep_pairs((t, &mut v, &mut dv), w, scale, out);
+            let (mut v, mut dv) = (constants::<_, N>(v), [HyperDual64::from(0.0); N]);
+            return pairs(|v, dv| self.field.rhs(t, v, dv), &mut v, &mut dv, w, scale, out);
         }, else {});
-        self.second.with(|sweep| {
-            sweep.seed(v);
-            if self.is_dense() {
-                return self.sweep_pairs((t, &mut sweep.v, &mut sweep.dv), w, scale, out);
-            }
-            for c in 0..self.coloring.groups() {
-                self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 1.0);
-                for d in 0..=c {
-                    self.coloring.columns(d).for_each(|k| sweep.v[k].eps2 = 1.0);
-                    self.field.rhs(t, &sweep.v, &mut sweep.dv);
-                    self.coloring.columns(d).for_each(|k| sweep.v[k].eps2 = 0.0);
-                    for (i, j) in self.coloring.entries(c) {
-                        let (Some(k), entry) = (self.coloring.column(d, i), scale * w[i] * sweep.dv[i].eps1eps2) else {
-                            continue;
-                        };
-                        if entry != 0.0 {
-                            out.add(j, k, entry);
-                            if c != d {
-                                out.add(k, j, entry);
-                            }
-                        }
-                    }
-                }
-                self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 0.0);
-            }
-        });
+        self.sweeps.add_curvature(&|v, dv| self.field.rhs(t, v, dv), v, w, scale, out);
     }
 }

@@ -1,7 +1,7 @@
 //! Work space behind a shared reference.
 
 use std::fmt;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Work space that is lent for one evaluation at a time, so that what evaluates with it can be shared between threads.
 ///
@@ -18,12 +18,26 @@ impl<T> Pool<T> {
     }
 
     pub(crate) fn with<R>(&self, work: impl FnOnce(&mut T) -> R) -> R {
-        let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);
-        let lent = free().pop();
-        let mut lent = lent.unwrap_or_else(|| Box::new((self.make)()));
+        let mut lent = self.lend();
         let result = work(&mut lent);
-        free().push(lent);
+        self.take_back(lent);
         result
+    }
+
+    // Not inlined: what evaluates with a pool is compiled for every field.
+    #[inline(never)]
+    fn lend(&self) -> Box<T> {
+        let lent = self.free().pop();
+        lent.unwrap_or_else(|| Box::new((self.make)()))
+    }
+
+    #[inline(never)]
+    fn take_back(&self, lent: Box<T>) {
+        self.free().push(lent);
+    }
+
+    fn free(&self) -> MutexGuard<'_, Vec<Box<T>>> {
+        self.free.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

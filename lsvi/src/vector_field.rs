@@ -93,10 +93,9 @@ pub trait VectorField {
     /// A matrix-free field without it has products of NaN, and its steps fail as not finite; so has one of vectors that have not
     /// the length n.
     fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
-        assembled(self, [v.len(), x.len()], out, |jacobian, out| {
-            self.add_jacobian(t, v, 1.0, jacobian);
-            jacobian.mul_add(1.0, x, out);
-        });
+        let lengths = [v.len(), x.len(), out.len()];
+        let jacobian = assembled(self.dim(), &self.structure(), &lengths, &mut |j| self.add_jacobian(t, v, 1.0, j));
+        write_product(jacobian, Jacobian::mul_add, x, out);
     }
 
     /// Writes Jᵀ w, otherwise as [`apply_jacobian`](Self::apply_jacobian). Least-squares methods need it.
@@ -104,10 +103,9 @@ pub trait VectorField {
     /// Where ⟨Jᵀw, x⟩ is not ⟨w, J x⟩, steps come to rest away from a minimum, [`SolveError::Stalled`](crate::SolveError::Stalled), or their linear
     /// solver stops.
     fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
-        assembled(self, [v.len(), w.len()], out, |jacobian, out| {
-            self.add_jacobian(t, v, 1.0, jacobian);
-            jacobian.mul_transpose_add(1.0, w, out);
-        });
+        let lengths = [v.len(), w.len(), out.len()];
+        let jacobian = assembled(self.dim(), &self.structure(), &lengths, &mut |j| self.add_jacobian(t, v, 1.0, j));
+        write_product(jacobian, Jacobian::mul_transpose_add, w, out);
     }
 
     /// Writes Σ_i w_i (∂²f_i/∂v²) x, the derivative of Jᵀw in the direction x.
@@ -116,27 +114,16 @@ pub trait VectorField {
     /// about ε^⅔ where f is quadratic, as in the Navier–Stokes equations, and with a truncation error of that size elsewhere.
     /// It allocates.
     fn apply_curvature(&self, t: f64, v: &[f64], w: &[f64], x: &[f64], out: &mut [f64]) {
-        let size = max_norm(x);
-        if size == 0.0 || self.is_linear() {
+        if max_norm(x) == 0.0 || self.is_linear() {
             return out.fill(0.0);
         }
         if self.structure() == Structure::MatrixFree {
-            let largest = max_norm(v);
-            let delta = f64::EPSILON.cbrt() * if largest > 0.0 { largest } else { 1.0 } / size;
-            let shifted = |sign: f64| v.iter().zip(x).map(|(v, x)| v + sign * delta * x).collect::<Vec<_>>();
-            let mut minus = vec![0.0; out.len()];
-            self.apply_transpose(t, &shifted(1.0), w, out);
-            self.apply_transpose(t, &shifted(-1.0), w, &mut minus);
-            return out.iter_mut().zip(&minus).for_each(|(o, m)| *o = (*o - m) / (2.0 * delta));
+            return write_difference(&mut |v, out| self.apply_transpose(t, v, w, out), v, x, out);
         }
-        let n = self.dim();
-        if [v.len(), w.len(), x.len(), out.len()] != [n; 4] {
-            return out.fill(f64::NAN);
-        }
-        let mut curvature = Jacobian::with_structure(n, &self.curvature_structure());
-        self.add_curvature(t, v, w, 1.0, &mut curvature);
-        out.fill(0.0);
-        curvature.mul_add(1.0, x, out);
+        let lengths = [v.len(), w.len(), x.len(), out.len()];
+        let add = &mut |matrix: &mut Jacobian| self.add_curvature(t, v, w, 1.0, matrix);
+        let curvature = assembled(self.dim(), &self.curvature_structure(), &lengths, add);
+        write_product(curvature, Jacobian::mul_add, x, out);
     }
 }
 
@@ -180,11 +167,22 @@ impl Differences {
         scale: f64,
         out: &mut Jacobian,
     ) {
+        self.add(&|v, jacobian| field.add_jacobian(t, v, 1.0, jacobian), v, w, scale, out);
+    }
+
+    fn add(
+        &mut self,
+        add_jacobian: &dyn Fn(&[f64], &mut Jacobian),
+        v: &[f64],
+        w: &[f64],
+        scale: f64,
+        out: &mut Jacobian,
+    ) {
         if [v.len(), w.len()] != [self.v.len(); 2] {
             return out.add(0, 0, f64::NAN);
         }
         self.here.clear();
-        field.add_jacobian(t, v, 1.0, &mut self.here);
+        add_jacobian(v, &mut self.here);
         let largest = max_norm(v);
         let least = if largest > 0.0 { 1e-3 * largest } else { 1.0 };
         for c in 0..self.coloring.groups() {
@@ -193,7 +191,7 @@ impl Differences {
                 self.v[k] += f64::EPSILON.sqrt() * v[k].abs().max(least);
             }
             self.there.clear();
-            field.add_jacobian(t, &self.v, 1.0, &mut self.there);
+            add_jacobian(&self.v, &mut self.there);
             let (coloring, here, moved) = (&self.coloring, &self.here, &self.v);
             self.there.for_each(|i, j, x| {
                 let Some(k) = coloring.column(c, i) else { return };
@@ -206,20 +204,43 @@ impl Differences {
     }
 }
 
-/// Lets `multiply` work with a zero matrix of the structure of `field`; without one, and for arguments that have not the length
-/// n, the product is NaN.
-fn assembled<F: VectorField + ?Sized>(
-    field: &F,
-    lengths: [usize; 2],
-    out: &mut [f64],
-    multiply: impl FnOnce(&mut Jacobian, &mut [f64]),
-) {
-    let n = field.dim();
-    if field.structure() == Structure::MatrixFree || lengths != [n; 2] || out.len() != n {
-        return out.fill(f64::NAN);
+// What follows is not generic: the defaults above are compiled for every field.
+
+/// The matrix of a structure that `add` makes of zeros; none without a structure, or where a vector has not the length n.
+fn assembled(
+    n: usize,
+    structure: &Structure,
+    lengths: &[usize],
+    add: &mut dyn FnMut(&mut Jacobian),
+) -> Option<Jacobian> {
+    if *structure == Structure::MatrixFree || lengths.iter().any(|length| *length != n) {
+        return None;
     }
-    out.fill(0.0);
-    multiply(&mut Jacobian::with_structure(n, &field.structure()), out);
+    let mut matrix = Jacobian::with_structure(n, structure);
+    add(&mut matrix);
+    Some(matrix)
+}
+
+/// Writes the product of `matrix`, or of its transpose, and x; NaN without a matrix.
+fn write_product(matrix: Option<Jacobian>, add: fn(&Jacobian, f64, &[f64], &mut [f64]), x: &[f64], out: &mut [f64]) {
+    match matrix {
+        Some(matrix) => {
+            out.fill(0.0);
+            add(&matrix, 1.0, x, out);
+        }
+        None => out.fill(f64::NAN),
+    }
+}
+
+/// Writes the central difference of `product` at v in the direction x.
+fn write_difference(product: &mut dyn FnMut(&[f64], &mut [f64]), v: &[f64], x: &[f64], out: &mut [f64]) {
+    let largest = max_norm(v);
+    let delta = f64::EPSILON.cbrt() * if largest > 0.0 { largest } else { 1.0 } / max_norm(x);
+    let shifted = |sign: f64| v.iter().zip(x).map(|(v, x)| v + sign * delta * x).collect::<Vec<_>>();
+    let mut minus = vec![0.0; out.len()];
+    product(&shifted(1.0), out);
+    product(&shifted(-1.0), &mut minus);
+    out.iter_mut().zip(&minus).for_each(|(o, m)| *o = (*o - m) / (2.0 * delta));
 }
 
 /// Adds `scale` · J to `out` from the n products J e_j: [`VectorField::add_jacobian`] of a matrix-free field that is to run on

@@ -89,11 +89,14 @@ impl<F: LagrangianFn> AutoLagrangian<F> {
     }
 }
 
+/// L at dual numbers. Behind a pointer, so that the loops around it are compiled once and not for every L.
+type Function<'a, T> = &'a dyn Fn(T, &[T], &[T]) -> T;
+
 impl<F: LagrangianFn> AutoLagrangian<F> {
     /// [`Lagrangian::gradient`] of N degrees of freedom.
     #[inline]
     fn gradient_small<const N: usize>(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
-        let q_dual: [Dual64; N] = std::array::from_fn(|i| q[i].into());
+        let q_dual = sweep::constants::<Dual64, N>(q);
         self.gradient_q_small::<N>(t, q, v, dl_dq);
         let dl_dv = &mut dl_dv[..N];
         sweep::each::<N>(v, |j, v| dl_dv[j] = self.function.lagrangian(t.into(), &q_dual, v).eps);
@@ -102,49 +105,9 @@ impl<F: LagrangianFn> AutoLagrangian<F> {
     /// [`Lagrangian::gradient_q`] of N degrees of freedom.
     #[inline(always)]
     fn gradient_q_small<const N: usize>(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64]) {
-        let v: [Dual64; N] = std::array::from_fn(|i| v[i].into());
+        let v = sweep::constants::<Dual64, N>(v);
         let dl_dq = &mut dl_dq[..N];
         sweep::each::<N>(q, |j, q| dl_dq[j] = self.function.lagrangian(t.into(), q, &v).eps);
-    }
-
-    /// [`Lagrangian::add_hessian`] at `q` and `v`.
-    #[inline(always)]
-    fn sweep_pairs(
-        &self,
-        (t, q, v): (f64, &mut [HyperDual64], &mut [HyperDual64]),
-        c: HessianWeights,
-        out: &mut Jacobian,
-    ) {
-        let t = HyperDual64::from(t);
-        for i in 0..q.len() {
-            if c.qq != 0.0 {
-                q[i].eps1 = 1.0;
-                for j in 0..=i {
-                    q[j].eps2 = 1.0;
-                    add_symmetric(out, (i, j), c.qq * self.function.lagrangian(t, q, v).eps1eps2);
-                    q[j].eps2 = 0.0;
-                }
-                q[i].eps1 = 0.0;
-            }
-            v[i].eps1 = 1.0;
-            if c.qv != 0.0 || c.vq != 0.0 {
-                for j in 0..q.len() {
-                    q[j].eps2 = 1.0;
-                    let mixed = self.function.lagrangian(t, q, v).eps1eps2;
-                    q[j].eps2 = 0.0;
-                    out.add(i, j, c.vq * mixed);
-                    out.add(j, i, c.qv * mixed);
-                }
-            }
-            if c.vv != 0.0 {
-                for j in 0..=i {
-                    v[j].eps2 = 1.0;
-                    add_symmetric(out, (i, j), c.vv * self.function.lagrangian(t, q, v).eps1eps2);
-                    v[j].eps2 = 0.0;
-                }
-            }
-            v[i].eps1 = 0.0;
-        }
     }
 }
 
@@ -175,99 +138,170 @@ impl<F: LagrangianFn> Lagrangian for AutoLagrangian<F> {
     #[inline]
     fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
         match q.len() {
-            1 => return self.gradient_small::<1>(t, q, v, dl_dq, dl_dv),
-            2 => return self.gradient_small::<2>(t, q, v, dl_dq, dl_dv),
-            3 => return self.gradient_small::<3>(t, q, v, dl_dq, dl_dv),
-            4 => return self.gradient_small::<4>(t, q, v, dl_dq, dl_dv),
-            _ => {}
+            1 => self.gradient_small::<1>(t, q, v, dl_dq, dl_dv),
+            2 => self.gradient_small::<2>(t, q, v, dl_dq, dl_dv),
+            3 => self.gradient_small::<3>(t, q, v, dl_dq, dl_dv),
+            4 => self.gradient_small::<4>(t, q, v, dl_dq, dl_dv),
+            _ => self.first.with(|x| {
+                x.seed(q, v);
+                gradient(&|t, q, v| self.function.lagrangian(t, q, v), t, x, dl_dq, dl_dv);
+            }),
         }
-        self.first.with(|x| {
-            let t = Dual64::from(t);
-            x.seed(q, v);
-            for i in 0..q.len() {
-                x.q[i].eps = 1.0;
-                dl_dq[i] = self.function.lagrangian(t, &x.q, &x.v).eps;
-                x.q[i].eps = 0.0;
-                x.v[i].eps = 1.0;
-                dl_dv[i] = self.function.lagrangian(t, &x.q, &x.v).eps;
-                x.v[i].eps = 0.0;
-            }
-        });
     }
 
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
-        by_size!(self.function.dim(), N => if let (Ok(q), Ok(v)) = (<[f64; N]>::try_from(q), <[f64; N]>::try_from(v)) {
-            return self.sweep_pairs((t, &mut q.map(HyperDual64::from), &mut v.map(HyperDual64::from)), c, out);
+        let function: Function<HyperDual64> = &|t, q, v| self.function.lagrangian(t, q, v);
+        by_size!(self.function.dim(), N => if [q.len(), v.len()] == [N; 2] {
+            let (mut q, mut v) = (sweep::constants::<_, N>(q), sweep::constants::<_, N>(v));
+            return add_hessian(function, t, (&mut q, &mut v), c, out);
         }, else {});
         self.second.with(|x| {
             x.seed(q, v);
-            self.sweep_pairs((t, &mut x.q, &mut x.v), c, out);
+            add_hessian(function, t, (&mut x.q, &mut x.v), c, out);
         });
     }
 }
 
 impl<F: LagrangianFn> EulerLagrange for AutoLagrangian<F> {
-    /// d/dt ∂L/∂v is the derivative of ∂L/∂v in the direction (1, v, a) of the motion.
     fn residual(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], out: &mut [f64]) {
         self.first.with(|x| {
             x.seed(q, v);
-            for (i, out) in out.iter_mut().enumerate() {
-                x.q[i].eps = 1.0;
-                *out = self.function.lagrangian(Dual64::from(t), &x.q, &x.v).eps;
-                x.q[i].eps = 0.0;
-            }
+            write_dl_dq(&|t, q, v| self.function.lagrangian(t, q, v), t, x, out);
         });
         self.second.with(|x| {
-            let mut t = HyperDual64::from(t);
             x.seed(q, v);
-            t.eps2 = 1.0;
-            for i in 0..q.len() {
-                x.q[i].eps2 = v[i];
-                x.v[i].eps2 = a[i];
-            }
-            for (i, out) in out.iter_mut().enumerate() {
-                x.v[i].eps1 = 1.0;
-                *out -= self.function.lagrangian(t, &x.q, &x.v).eps1eps2;
-                x.v[i].eps1 = 0.0;
-            }
+            subtract_rate(&|t, q, v| self.function.lagrangian(t, q, v), t, (v, a), x, out);
         });
     }
 
-    /// With D = d/dt along the motion: E_q = L_qq − D L_vq, E_v = L_qv − L_vq − D L_vv, E_a = −L_vv.
     fn add_residual_derivative(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], c: MotionWeights, out: &mut Jacobian) {
         if c.q != 0.0 {
             self.add_hessian(t, q, v, HessianWeights { qq: c.q, ..Default::default() }, out);
         }
         self.third.with(|x| {
-            let mut t = HyperHyperDual64::from(t);
             x.seed(q, v);
-            t.eps3 = 1.0;
-            for i in 0..q.len() {
-                x.q[i].eps3 = v[i];
-                x.v[i].eps3 = a[i];
-            }
-            for i in 0..q.len() {
-                x.v[i].eps1 = 1.0;
-                if c.q != 0.0 || c.v != 0.0 {
-                    for j in 0..q.len() {
-                        x.q[j].eps2 = 1.0;
-                        let mixed = self.function.lagrangian(t, &x.q, &x.v);
-                        x.q[j].eps2 = 0.0;
-                        out.add(i, j, -c.q * mixed.eps1eps2eps3 - c.v * mixed.eps1eps2);
-                        out.add(j, i, c.v * mixed.eps1eps2);
-                    }
-                }
-                if c.v != 0.0 || c.a != 0.0 {
-                    for j in 0..=i {
-                        x.v[j].eps2 = 1.0;
-                        let mass = self.function.lagrangian(t, &x.q, &x.v);
-                        x.v[j].eps2 = 0.0;
-                        add_symmetric(out, (i, j), -c.v * mass.eps1eps2eps3 - c.a * mass.eps1eps2);
-                    }
-                }
-                x.v[i].eps1 = 0.0;
-            }
+            add_rate_derivative(&|t, q, v| self.function.lagrangian(t, q, v), t, (v, a), x, c, out);
         });
+    }
+}
+
+fn gradient(l: Function<Dual64>, t: f64, x: &mut Point<Dual64>, dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+    let t = Dual64::from(t);
+    for i in 0..x.q.len() {
+        x.q[i].eps = 1.0;
+        dl_dq[i] = l(t, &x.q, &x.v).eps;
+        x.q[i].eps = 0.0;
+        x.v[i].eps = 1.0;
+        dl_dv[i] = l(t, &x.q, &x.v).eps;
+        x.v[i].eps = 0.0;
+    }
+}
+
+/// [`Lagrangian::add_hessian`] at `q` and `v`.
+fn add_hessian(
+    l: Function<HyperDual64>,
+    t: f64,
+    (q, v): (&mut [HyperDual64], &mut [HyperDual64]),
+    c: HessianWeights,
+    out: &mut Jacobian,
+) {
+    let t = HyperDual64::from(t);
+    for i in 0..q.len() {
+        if c.qq != 0.0 {
+            q[i].eps1 = 1.0;
+            for j in 0..=i {
+                q[j].eps2 = 1.0;
+                add_symmetric(out, (i, j), c.qq * l(t, q, v).eps1eps2);
+                q[j].eps2 = 0.0;
+            }
+            q[i].eps1 = 0.0;
+        }
+        v[i].eps1 = 1.0;
+        if c.qv != 0.0 || c.vq != 0.0 {
+            for j in 0..q.len() {
+                q[j].eps2 = 1.0;
+                let mixed = l(t, q, v).eps1eps2;
+                q[j].eps2 = 0.0;
+                out.add(i, j, c.vq * mixed);
+                out.add(j, i, c.qv * mixed);
+            }
+        }
+        if c.vv != 0.0 {
+            for j in 0..=i {
+                v[j].eps2 = 1.0;
+                add_symmetric(out, (i, j), c.vv * l(t, q, v).eps1eps2);
+                v[j].eps2 = 0.0;
+            }
+        }
+        v[i].eps1 = 0.0;
+    }
+}
+
+/// Writes ∂L/∂q.
+fn write_dl_dq(l: Function<Dual64>, t: f64, x: &mut Point<Dual64>, out: &mut [f64]) {
+    for (i, out) in out.iter_mut().enumerate() {
+        x.q[i].eps = 1.0;
+        *out = l(Dual64::from(t), &x.q, &x.v).eps;
+        x.q[i].eps = 0.0;
+    }
+}
+
+/// Subtracts d/dt ∂L/∂v, the derivative of ∂L/∂v in the direction (1, v, a) of the motion.
+fn subtract_rate(
+    l: Function<HyperDual64>,
+    t: f64,
+    (v, a): (&[f64], &[f64]),
+    x: &mut Point<HyperDual64>,
+    out: &mut [f64],
+) {
+    let mut t = HyperDual64::from(t);
+    t.eps2 = 1.0;
+    for i in 0..v.len() {
+        x.q[i].eps2 = v[i];
+        x.v[i].eps2 = a[i];
+    }
+    for (i, out) in out.iter_mut().enumerate() {
+        x.v[i].eps1 = 1.0;
+        *out -= l(t, &x.q, &x.v).eps1eps2;
+        x.v[i].eps1 = 0.0;
+    }
+}
+
+/// With D = d/dt along the motion: E_q = L_qq − D L_vq, E_v = L_qv − L_vq − D L_vv, E_a = −L_vv. All but the term L_qq.
+fn add_rate_derivative(
+    l: Function<HyperHyperDual64>,
+    t: f64,
+    (v, a): (&[f64], &[f64]),
+    x: &mut Point<HyperHyperDual64>,
+    c: MotionWeights,
+    out: &mut Jacobian,
+) {
+    let mut t = HyperHyperDual64::from(t);
+    t.eps3 = 1.0;
+    for i in 0..v.len() {
+        x.q[i].eps3 = v[i];
+        x.v[i].eps3 = a[i];
+    }
+    for i in 0..v.len() {
+        x.v[i].eps1 = 1.0;
+        if c.q != 0.0 || c.v != 0.0 {
+            for j in 0..v.len() {
+                x.q[j].eps2 = 1.0;
+                let mixed = l(t, &x.q, &x.v);
+                x.q[j].eps2 = 0.0;
+                out.add(i, j, -c.q * mixed.eps1eps2eps3 - c.v * mixed.eps1eps2);
+                out.add(j, i, c.v * mixed.eps1eps2);
+            }
+        }
+        if c.v != 0.0 || c.a != 0.0 {
+            for j in 0..=i {
+                x.v[j].eps2 = 1.0;
+                let mass = l(t, &x.q, &x.v);
+                x.v[j].eps2 = 0.0;
+                add_symmetric(out, (i, j), -c.v * mass.eps1eps2eps3 - c.a * mass.eps1eps2);
+            }
+        }
+        x.v[i].eps1 = 0.0;
     }
 }
 

@@ -10,7 +10,7 @@ pub(super) fn text(x: f64) -> String {
     if x == f64::INFINITY {
         return NO_SOLUTION.into();
     }
-    number::Short::new(x, digits(x)).text()
+    number::digits(x, digits(x))
 }
 
 fn digits(x: f64) -> usize {

@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 use super::style::{Style, band};
 use super::text::escape;
-use crate::evidence::number::{Short, power_of_ten};
+use crate::evidence::number::{digits, power_of_ten, short};
 use crate::evidence::{Axis, Field, Mark, Panel, Series};
 
 /// Units of the drawing in a pixel.
@@ -93,8 +93,8 @@ pub(super) fn panel(panel: &Panel, styles: &[Style], columns: usize) -> Option<D
                     x / FINE as i64,
                     y / FINE as i64,
                     escape(&series.label),
-                    Short::new(point.0, 4).text(),
-                    Short::new(point.1, 4).text()
+                    short(point.0),
+                    short(point.1)
                 );
             }
         }
@@ -244,7 +244,7 @@ impl Scale {
             let is_plain = self.low >= -3.1 && self.high <= 3.1;
             let label = |exponent: i32| match is_plain {
                 // Through text, since ten to a negative power is not exact.
-                true => Short::new(format!("1e{exponent}").parse().unwrap_or(1.0), 4).text(),
+                true => short(format!("1e{exponent}").parse().unwrap_or(1.0)),
                 false => power_of_ten(exponent),
             };
             let mut ticks: Vec<_> = within(self.low, self.high, stride)
@@ -258,7 +258,7 @@ impl Scale {
                 let inside = between.map(|(n, k)| (f64::from(n).log10() + f64::from(k), n, k));
                 let inside = inside.filter(|(value, ..)| (self.low..=self.high).contains(value));
                 ticks.extend(inside.map(|(value, n, k)| {
-                    let label = Short::new(format!("{n}e{k}").parse().unwrap_or(1.0), 4).text();
+                    let label = short(format!("{n}e{k}").parse().unwrap_or(1.0));
                     (place(value), label)
                 }));
             }
@@ -271,7 +271,7 @@ impl Scale {
         let power = 10_f64.powf(raw.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|step| *step >= raw).unwrap_or(power);
         // Ticks are multiples of steps; six digits are what they are meant to be.
-        let label = |value: f64| Short::new(format!("{value:.5e}").parse().unwrap_or(value), 6).text();
+        let label = |value: f64| digits(format!("{value:.5e}").parse().unwrap_or(value), 6);
         within(low, high, step).map(|k| k as f64 * step).map(|value| (self.place(value), label(value))).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! The modules of `experiments` and `verify` stand on layers: what a module uses is below it, and only some of them run solvers.
+//! The modules of `verify` and of the crates below it stand on layers: what a module uses is below it, and only some of them run solvers.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -23,6 +23,9 @@ const LAYERS: &[&[&str]] = &[
     &["cli"],
 ];
 
+/// The modules that are crates.
+const CRATES: &[&str] = &["evidence", "judge"];
+
 /// The modules that may run a method or a reference, and the command line, which does so for its user.
 const SOLVERS: &[&str] = &["run", "reference", "order", "compare", "estimate"];
 const MAY_SOLVE: &[&str] = &[
@@ -43,18 +46,28 @@ const MAY_SOLVE: &[&str] = &[
 /// What the other modules may use of the library: values, no integrators.
 const VALUES: &[&str] = &["Work", "SolveError", "StepError", "InputError", "quadrature"];
 
-/// The sources of the two crates, from the ground up.
-fn sources() -> [PathBuf; 2] {
-    ["experiments/src", "src"].map(|source| Path::new(env!("CARGO_MANIFEST_DIR")).join(source))
+/// The sources of the crates from the ground up, and before them the module that a crate is as a whole.
+fn sources() -> [(&'static str, PathBuf); 4] {
+    [("", "experiments/src"), ("evidence/", "evidence/src"), ("judge/", "judge/src"), ("", "src")]
+        .map(|(module, source)| (module, Path::new(env!("CARGO_MANIFEST_DIR")).join(source)))
 }
 
-/// All files of a crate with their paths in `src`.
-fn files(source: &Path, dir: &Path, found: &mut Vec<(String, String)>) {
+/// All files of the crates with their paths in `src`, crate by crate.
+fn all_files() -> [Vec<(String, String)>; 4] {
+    sources().map(|(module, source)| {
+        let mut found = Vec::new();
+        files((module, &source), &source, &mut found);
+        found
+    })
+}
+
+fn files((module, source): (&str, &Path), dir: &Path, found: &mut Vec<(String, String)>) {
     for entry in fs::read_dir(dir).expect("a folder of this crate").map(|entry| entry.expect("readable").path()) {
         if entry.is_dir() {
-            files(source, &entry, found);
+            files((module, source), &entry, found);
         } else if entry.extension().is_some_and(|extension| extension == "rs") {
             let path = entry.strip_prefix(source).expect("below it").to_string_lossy().replace('\\', "/");
+            let path = format!("{module}{path}");
             let is_test = path.ends_with("tests.rs");
             let text = fs::read_to_string(&entry).expect("readable");
             if !is_test && !["lib.rs", "main.rs"].contains(&path.as_str()) {
@@ -118,7 +131,13 @@ fn breaches(path: &str, text: &str) -> Vec<String> {
     let module = module(path);
     let Some(own) = layer(module) else { return vec![format!("the module {module} has no layer")] };
     let mut found = Vec::new();
-    for used in uses(text, "crate").into_iter().chain(uses(text, "verify")) {
+    let mut used = uses(text, "experiments");
+    if !CRATES.contains(&module) {
+        used.append(&mut uses(text, "crate"));
+        used.append(&mut uses(text, "verify"));
+    }
+    used.extend(CRATES.iter().filter(|name| !uses(text, name).is_empty()).map(|name| (*name).to_owned()));
+    for used in used {
         // A macro of the crate is a macro of its module.
         let used = if used == "row" { "evidence".into() } else { used };
         let is_below = layer(&used).is_some_and(|layer| layer < own);
@@ -139,12 +158,10 @@ fn breaches(path: &str, text: &str) -> Vec<String> {
 
 #[test]
 fn every_module_uses_what_is_below_it_and_only_some_run_solvers() {
-    let mut all = Vec::new();
-    for source in sources() {
-        files(&source, &source, &mut all);
-    }
+    let all = all_files();
     let found: BTreeSet<(String, String)> = all
         .iter()
+        .flatten()
         .flat_map(|(path, text)| breaches(path, text).into_iter().map(move |used| (path.clone(), used)))
         .collect();
     assert!(found.is_empty(), "these use what they should not: {found:#?}");
@@ -157,17 +174,18 @@ fn module(path: &str) -> &str {
 
 /// What is measured, `experiments`, is compiled without what is said of it, `verify`.
 #[test]
-fn the_crates_meet_between_experiments_and_evidence() {
-    let layers = sources().map(|source| {
-        let mut all = Vec::new();
-        files(&source, &source, &mut all);
+fn every_layer_is_in_one_crate_but_for_what_is_beside_judge() {
+    let layers = all_files().map(|all| {
         let mut layers: Vec<_> = all.iter().filter_map(|(path, _)| layer(module(path))).collect();
         layers.sort_unstable();
         layers.dedup();
         layers
     });
-    let evidence = layer("evidence").expect("a layer");
-    assert_eq!(layers, [(0..evidence).collect::<Vec<_>>(), (evidence..LAYERS.len()).collect()]);
+    let [evidence, judge] = ["evidence", "judge"].map(|name| layer(name).expect("a layer"));
+    assert_eq!(
+        layers,
+        [(0..evidence).collect(), vec![evidence], vec![judge], (judge..LAYERS.len()).collect::<Vec<_>>()]
+    );
 }
 
 /// The layers of a drawing, `a, b → c`, the first indented block of a text, and the names in backticks of the sentence below it.
@@ -212,5 +230,11 @@ fn breaches_are_found() {
     assert_eq!(breaches("claim/x.rs", "use crate::run::run;\nuse crate::experiment::Context;"), ["run"]);
     assert_eq!(breaches("claim/x.rs", "use lsvi::{Work, Trajectory};"), ["lsvi"]);
     assert_eq!(breaches("chapter/x.rs", "use crate::row;\nuse crate::measure::norm;"), Vec::<String>::new());
+    assert_eq!(
+        breaches("evidence/x.rs", "use crate::Cell;\nuse experiments::measure::order::Verdict;"),
+        Vec::<String>::new()
+    );
+    assert_eq!(breaches("judge/x.rs", "use crate::run::run;\nuse experiments::compare::Entry;"), Vec::<String>::new());
+    assert_eq!(breaches("evidence/x.rs", "use judge::Judgement;\nuse experiments::run::run;"), ["judge", "run"]);
     assert_eq!(breaches("attic/x.rs", ""), ["the module attic has no layer"]);
 }
