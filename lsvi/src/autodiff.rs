@@ -10,9 +10,9 @@ pub use force::{AutoForce, ForceFn};
 pub use lagrangian::{AutoLagrangian, LagrangianFn};
 
 use auto_impl::auto_impl;
-use num_dual::{Dual64, DualNum, HyperDual64};
+use num_dual::{Dual64, DualNum};
 
-use self::sweep::{Sweeps, add_columns, constants, each, pairs, write_values};
+use self::sweep::{Sweeps, add_columns, each, write_values};
 use crate::linalg::{Jacobian, Structure, by_size};
 use crate::mass::Mass;
 use crate::vector_field::VectorField;
@@ -178,9 +178,6 @@ impl<F: FieldFn> VectorField for AutoField<F> {
     }
 
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
-        by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
-            return self.linearize_small(t, v, &mut [], scale, out);
-        }, else {});
         self.sweeps.add_jacobian(&|v, dv| self.field.rhs(t, v, dv), v, scale, out);
     }
 
@@ -189,13 +186,8 @@ impl<F: FieldFn> VectorField for AutoField<F> {
     }
 
     fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
-        if self.field.is_linear() {
-            return;
+        if !self.field.is_linear() {
+            self.sweeps.add_curvature(&|v, dv| self.field.rhs(t, v, dv), v, w, scale, out);
         }
-        by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
-            let (mut v, mut dv) = (constants::<_, N>(v), [HyperDual64::from(0.0); N]);
-            return pairs(|v, dv| self.field.rhs(t, v, dv), &mut v, &mut dv, w, scale, out);
-        }, else {});
-        self.sweeps.add_curvature(&|v, dv| self.field.rhs(t, v, dv), v, w, scale, out);
     }
 }

@@ -151,14 +151,7 @@ impl<F: LagrangianFn> Lagrangian for AutoLagrangian<F> {
 
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
         let function: Function<HyperDual64> = &|t, q, v| self.function.lagrangian(t, q, v);
-        by_size!(self.function.dim(), N => if [q.len(), v.len()] == [N; 2] {
-            let (mut q, mut v) = (sweep::constants::<_, N>(q), sweep::constants::<_, N>(v));
-            return add_hessian(function, t, (&mut q, &mut v), c, out);
-        }, else {});
-        self.second.with(|x| {
-            x.seed(q, v);
-            add_hessian(function, t, (&mut x.q, &mut x.v), c, out);
-        });
+        add_hessian_of(function, &self.second, t, (q, v), c, out);
     }
 }
 
@@ -197,7 +190,26 @@ fn gradient(l: Function<Dual64>, t: f64, x: &mut Point<Dual64>, dl_dq: &mut [f64
     }
 }
 
-/// [`Lagrangian::add_hessian`] at `q` and `v`.
+/// [`Lagrangian::add_hessian`], of few degrees of freedom with all numbers on the stack.
+fn add_hessian_of(
+    l: Function<HyperDual64>,
+    points: &Pool<Point<HyperDual64>>,
+    t: f64,
+    (q, v): (&[f64], &[f64]),
+    c: HessianWeights,
+    out: &mut Jacobian,
+) {
+    by_size!(q.len(), N => if v.len() == N {
+        let (mut q, mut v) = (sweep::constants::<_, N>(q), sweep::constants::<_, N>(v));
+        return add_hessian(l, t, (&mut q, &mut v), c, out);
+    }, else {});
+    points.with(|x| {
+        x.seed(q, v);
+        add_hessian(l, t, (&mut x.q, &mut x.v), c, out);
+    });
+}
+
+/// The same at `q` and `v`.
 fn add_hessian(
     l: Function<HyperDual64>,
     t: f64,

@@ -7,6 +7,9 @@ use crate::coloring::Coloring;
 use crate::linalg::{Jacobian, Structure};
 use crate::pool::Pool;
 
+/// Unknowns of a dense system at most whose numbers are on the stack.
+const FEW: usize = 4;
+
 /// f at dual numbers. Behind a pointer, so that the loops around it are compiled once and not for every f.
 type Rhs<'a, T> = &'a dyn Fn(&[T], &mut [T]);
 
@@ -58,46 +61,10 @@ pub(super) fn write_values(from: &[Dual64], out: &mut [f64]) {
     }
 }
 
-/// Adds `scale` · Σ_i w_i ∂²f_i of a dense system at `v` to `out`; `dv` is work space.
-#[inline(always)]
-pub(super) fn pairs(
-    rhs: impl Fn(&[HyperDual64], &mut [HyperDual64]),
-    v: &mut [HyperDual64],
-    dv: &mut [HyperDual64],
-    w: &[f64],
-    scale: f64,
-    out: &mut Jacobian,
-) {
-    for j in 0..v.len() {
-        v[j].eps1 = 1.0;
-        for k in 0..=j {
-            v[k].eps2 = 1.0;
-            rhs(v, dv);
-            v[k].eps2 = 0.0;
-            add_symmetric(out, (j, k), scale * weighted(w, dv));
-        }
-        v[j].eps1 = 0.0;
-    }
-}
-
-#[inline]
-fn weighted(w: &[f64], f: &[HyperDual64]) -> f64 {
-    w.iter().zip(f).map(|(w, f)| w * f.eps1eps2).sum()
-}
-
-#[inline]
-fn add_symmetric(out: &mut Jacobian, (j, k): (usize, usize), entry: f64) {
-    if entry != 0.0 {
-        out.add(j, k, entry);
-        if j != k {
-            out.add(k, j, entry);
-        }
-    }
-}
-
 /// Derivatives of systems of any size and structure, in groups of columns that share no row.
 #[derive(Debug)]
 pub(super) struct Sweeps {
+    dim: usize,
     structure: Structure,
     coloring: Coloring,
     /// Along which the structure is checked, if the field declares one.
@@ -149,6 +116,7 @@ fn direction(j: usize) -> f64 {
 impl Sweeps {
     pub(super) fn new(dim: usize, structure: Structure) -> Self {
         Self {
+            dim,
             first: Sweep::new(dim),
             second: Sweep::new(dim),
             row_check: Pool::new(move || vec![RowCheck::default(); dim]),
@@ -168,18 +136,26 @@ impl Sweeps {
 
     /// Adds `scale` · J to `out`.
     pub(super) fn add_jacobian(&self, rhs: Rhs<Dual64>, v: &[f64], scale: f64, out: &mut Jacobian) {
+        if let Some((mut v, mut dv)) = self.few(v) {
+            return add_dense(rhs, &mut v[..self.dim], &mut dv[..self.dim], scale, out);
+        }
         self.first.with(|sweep| {
             sweep.seed(v);
             if self.is_dense() {
-                columns(rhs, sweep, |i, j, entry| {
-                    if entry != 0.0 {
-                        out.add(i, j, scale * entry);
-                    }
-                });
-            } else {
-                self.row_check.with(|rows| self.add_groups(rhs, sweep, rows, scale, out));
+                return add_dense(rhs, &mut sweep.v, &mut sweep.dv, scale, out);
             }
+            self.row_check.with(|rows| self.add_groups(rhs, sweep, rows, scale, out));
         });
+    }
+
+    /// Numbers on the stack for a dense system of few unknowns at v.
+    fn few<T: Scalar>(&self, v: &[f64]) -> Option<([T; FEW], [T; FEW])> {
+        if !self.is_dense() || self.dim > FEW {
+            return None;
+        }
+        let mut few = [T::from(0.0); FEW];
+        few.iter_mut().zip(v).for_each(|(dual, x)| *dual = T::from(*x));
+        Some((few, [T::from(0.0); FEW]))
     }
 
     fn add_groups(
@@ -209,7 +185,7 @@ impl Sweeps {
             return;
         }
         let n = sweep.v.len();
-        columns(rhs, sweep, |i, j, entry| {
+        columns(rhs, &mut sweep.v, &mut sweep.dv, |i, j, entry| {
             if self.structure.rows(n, j).all(|row| row != i) {
                 out.add(i, j, scale * entry);
             }
@@ -236,6 +212,9 @@ impl Sweeps {
 
     /// Adds `scale` · Σ_i w_i ∂²f_i to `out`.
     pub(super) fn add_curvature(&self, rhs: Rhs<HyperDual64>, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        if let Some((mut v, mut dv)) = self.few(v) {
+            return pairs(rhs, &mut v[..self.dim], &mut dv[..self.dim], w, scale, out);
+        }
         self.second.with(|sweep| {
             sweep.seed(v);
             if self.is_dense() {
@@ -265,12 +244,57 @@ impl Sweeps {
     }
 }
 
-/// The entries of the Jacobian at the state of `sweep`, column by column, as (i, j, entry).
-fn columns(rhs: Rhs<Dual64>, sweep: &mut Sweep<Dual64>, mut entry: impl FnMut(usize, usize, f64)) {
-    for j in 0..sweep.v.len() {
-        sweep.v[j].eps = 1.0;
-        rhs(&sweep.v, &mut sweep.dv);
-        sweep.v[j].eps = 0.0;
-        sweep.dv.iter().enumerate().for_each(|(i, f)| entry(i, j, f.eps));
+/// Adds `scale` · J of a dense system at `v` to `out`; `dv` is work space.
+fn add_dense(rhs: Rhs<Dual64>, v: &mut [Dual64], dv: &mut [Dual64], scale: f64, out: &mut Jacobian) {
+    columns(rhs, v, dv, |i, j, entry| {
+        if entry != 0.0 {
+            out.add(i, j, scale * entry);
+        }
+    });
+}
+
+/// The entries of the Jacobian at `v`, column by column, as (i, j, entry); `dv` is work space.
+fn columns(rhs: Rhs<Dual64>, v: &mut [Dual64], dv: &mut [Dual64], mut entry: impl FnMut(usize, usize, f64)) {
+    for j in 0..v.len() {
+        v[j].eps = 1.0;
+        rhs(v, dv);
+        v[j].eps = 0.0;
+        dv.iter().enumerate().for_each(|(i, f)| entry(i, j, f.eps));
+    }
+}
+
+/// Adds `scale` · Σ_i w_i ∂²f_i of a dense system at `v` to `out`; `dv` is work space.
+fn pairs(
+    rhs: Rhs<HyperDual64>,
+    v: &mut [HyperDual64],
+    dv: &mut [HyperDual64],
+    w: &[f64],
+    scale: f64,
+    out: &mut Jacobian,
+) {
+    for j in 0..v.len() {
+        v[j].eps1 = 1.0;
+        for k in 0..=j {
+            v[k].eps2 = 1.0;
+            rhs(v, dv);
+            v[k].eps2 = 0.0;
+            add_symmetric(out, (j, k), scale * weighted(w, dv));
+        }
+        v[j].eps1 = 0.0;
+    }
+}
+
+#[inline]
+fn weighted(w: &[f64], f: &[HyperDual64]) -> f64 {
+    w.iter().zip(f).map(|(w, f)| w * f.eps1eps2).sum()
+}
+
+#[inline]
+fn add_symmetric(out: &mut Jacobian, (j, k): (usize, usize), entry: f64) {
+    if entry != 0.0 {
+        out.add(j, k, entry);
+        if j != k {
+            out.add(k, j, entry);
+        }
     }
 }

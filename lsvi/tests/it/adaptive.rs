@@ -1,6 +1,6 @@
 //! Adaptive integration against exact solutions and against itself at tighter tolerances.
 
-use crate::fields::{As, Line, Walls};
+use crate::fields::{As, Line, Walls, with_structure};
 use crate::systems::{AnyField, field_of};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::{
@@ -519,7 +519,7 @@ fn structures_agree_and_factors_are_reused() {
     let (banded, steps) = solve(&line, &start, 1.0, 1e-6, 1e-8);
     let pattern: Vec<(usize, usize)> = (1..20).flat_map(|i| [(i, i - 1), (i - 1, i)]).collect();
     for structure in [Structure::Dense, Structure::sparse(20, pattern).expect("inside")] {
-        let (other, count) = solve(As(structure, &line), &start, 1.0, 1e-6, 1e-8);
+        let (other, count) = solve(with_structure(structure, &line), &start, 1.0, 1e-6, 1e-8);
         assert_eq!(count, steps);
         // Roundoff of each stiff solve, some 40 steps of it.
         assert!(distance(&other, &banded) < 1e-12);

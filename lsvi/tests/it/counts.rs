@@ -1,6 +1,6 @@
 //! What the counters of work count, against calls that are counted themselves; and that nothing is kept which does not fit.
 
-use crate::fields::{As, Line, Unscaled, Walls};
+use crate::fields::{Line, Unscaled, Walls, with_structure};
 use crate::separable;
 use crate::systems::HenonHeiles;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
@@ -351,7 +351,7 @@ fn a_system_solved_again_with_more_damping_is_a_factorization_more() {
     let counts = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
     let solver = Tally(Augmented::new(), counts.clone());
     // Far from the bend of f, whose linearisation there leads beyond it.
-    let bend = As(
+    let bend = with_structure(
         Structure::Banded { lower: 0, upper: 0 },
         field!(1, |_t, v, dv| dv[0] = v[0] * -7.5 / (v[0] * v[0] * 25.0 + 1.0).sqrt()),
     );
@@ -443,7 +443,8 @@ fn systems_are_linearised_at_the_time_of_their_stage() {
     // In a box, as a choice among several is.
     let solver =
         || Iterative::new(Box::new(Noting(Factored::default(), notes.clone())) as Box<dyn Preconditioner + Send>);
-    let field = || As(Structure::Banded { lower: 0, upper: 0 }, field!(1, |t, v, dv| dv[0] = v[0] * v[0] * -t));
+    let field =
+        || with_structure(Structure::Banded { lower: 0, upper: 0 }, field!(1, |t, v, dv| dv[0] = v[0] * v[0] * -t));
     let implicit = |tableau| RungeKutta::with_solver(field(), tableau, solver()).expect("usable");
     let first = |method: &mut dyn OneStep| {
         method.step(2.0, 0.5, &mut [1.0], &mut [0.0]).expect("solvable");

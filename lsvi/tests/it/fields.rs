@@ -3,6 +3,7 @@
 
 use std::cell::Cell;
 
+use crate::systems::AnyField;
 use lsvi::closure::Linear;
 use lsvi::solver::{Augmented, Iterative, StepSolver, Twisted};
 use lsvi::{
@@ -52,6 +53,11 @@ impl Preconditioner for Unscaled {
 /// A field with another declared structure.
 #[derive(Debug, Clone)]
 pub(crate) struct As<F>(pub Structure, pub F);
+
+/// A system of another declared structure, behind a pointer.
+pub(crate) fn with_structure<'a>(structure: Structure, field: impl VectorField + 'a) -> As<AnyField<'a>> {
+    As(structure, Box::new(field))
+}
 
 impl<F: VectorField> VectorField for As<F> {
     fn dim(&self) -> usize {

@@ -1,6 +1,6 @@
 //! The closures on scalar problems whose steps are known in closed form.
 
-use crate::fields::{As, Autonomous, By, Line, Unscaled, Walls};
+use crate::fields::{Autonomous, By, Line, Unscaled, Walls, with_structure};
 use crate::systems::field_of;
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
@@ -338,7 +338,9 @@ fn a_linear_step_of_nearly_the_size_of_the_last_is_that_of_a_new_method() {
     let line = |peclet| Line::new(9, peclet, Walls::Dirichlet);
     type Made<'a> = &'a dyn Fn() -> Box<dyn OneStep>;
     let methods: [(&str, Made); 3] = [
-        ("by augmented factors", &|| Box::new(By::Augmented.method_i(As(Structure::Dense, line(3.0))).expect("fits"))),
+        ("by augmented factors", &|| {
+            Box::new(By::Augmented.method_i(with_structure(Structure::Dense, line(3.0))).expect("fits"))
+        }),
         ("by twisted factors", &|| Box::new(method_i(line(3.0)).expect("usable"))),
         ("in one pass", &|| Box::new(method_i(Autonomous(line(0.0))).expect("usable"))),
     ];

@@ -1,6 +1,6 @@
 //! Fields by products with their derivatives.
 
-use crate::fields::{As, Burgers, By, Line, Products, Unscaled, Walls};
+use crate::fields::{Burgers, By, Line, Products, Unscaled, Walls, with_structure};
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
@@ -101,9 +101,11 @@ fn constructors_refuse_what_has_no_matrix() {
     for (i, error) in refused.into_iter().enumerate() {
         assert_eq!(error, Some(InputError::System(SystemError::NotAssembled)), "{i}");
     }
-    let mut window =
-        Window::new(Trapezoidal::new(LeastSquares::new(As(Structure::Dense, &products)).expect("dense")), 2)
-            .expect("not empty");
+    let mut window = Window::new(
+        Trapezoidal::new(LeastSquares::new(with_structure(Structure::Dense, &products)).expect("dense")),
+        2,
+    )
+    .expect("not empty");
     let mut state = State::new(0.0, wave(6, 0.3));
     window.advance(&mut state, &Grid::new(0.0, 0.1, 1.0).expect("a grid")).expect("its columns are its matrix");
     // An explicit method needs the inverse of M only.
@@ -242,7 +244,7 @@ fn steps_where_couplings_change_with_time_are_the_same_by_factors_iterations_and
             method.step(0.4, 0.2, &mut v, &mut p).expect("solvable");
             (v, p)
         };
-        let (v, p) = step(&mut least_squares(As(Structure::Dense, &field), closure()).expect("dense"));
+        let (v, p) = step(&mut least_squares(with_structure(Structure::Dense, &field), closure()).expect("dense"));
         let by_products = Iterative::new(Unscaled).with_tolerance(1e-15).expect("in (0, 1)");
         let mut methods: Vec<(String, Box<dyn OneStep + '_>)> = vec![
             ("in a band".into(), Box::new(least_squares(&field, closure()).expect("banded"))),
@@ -278,7 +280,7 @@ fn method_ii_is_the_same_in_every_structure_and_matrix_free() {
     let bound = 10.0 * n as f64 * f64::EPSILON * 400.0 * (1.0 + h * 4000.0);
     for structure in structures {
         let what = format!("{structure:?}");
-        let (found, _) = run(method_ii(As(structure, &line)).expect("assembled"), &wave(n, 0.3), h);
+        let (found, _) = run(method_ii(with_structure(structure, &line)).expect("assembled"), &wave(n, 0.3), h);
         assert_close(&found, &expected, bound, &what);
     }
     let solver = Iterative::new(Diffusion::new(1.0)).with_tolerance(1e-12).expect("in (0, 1)");
@@ -297,7 +299,7 @@ fn momenta_do_not_depend_on_the_structure() {
     let closure = || Linear::new(-0.5, 1.0).expect("not both zero");
     let solver = Iterative::new(Diffusion::new(VISCOSITY)).with_tolerance(1e-13).expect("in (0, 1)");
     let mut methods: [Box<dyn OneStep>; 3] = [
-        Box::new(least_squares(As(Structure::Dense, &field), closure()).expect("dense")),
+        Box::new(least_squares(with_structure(Structure::Dense, &field), closure()).expect("dense")),
         Box::new(least_squares(&field, closure()).expect("banded")),
         Box::new(LeastSquaresStep::with_solver(&products, closure(), solver).expect("matrix-free")),
     ];
@@ -478,7 +480,8 @@ fn a_preconditioner_of_one_s_own_sees_the_matrix_of_the_step_and_refuses_fields_
     let mut method = RungeKutta::with_solver(burgers(6), Tableau::implicit_euler(), boxed()).expect("a band");
     method.step(0.0, 0.01, &mut wave(6, 0.3), &mut []).expect("solvable");
     let error =
-        RungeKutta::with_solver(As(Structure::Dense, burgers(6)), Tableau::implicit_euler(), boxed()).map(|_| ());
+        RungeKutta::with_solver(with_structure(Structure::Dense, burgers(6)), Tableau::implicit_euler(), boxed())
+            .map(|_| ());
     assert_eq!(error, Err(InputError::System(SystemError::Solver("a band is wanted"))));
 }
 

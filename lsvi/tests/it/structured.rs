@@ -1,6 +1,6 @@
 //! Systems with dense, banded and sparse Jacobians: the same steps in every structure and formulation.
 
-use crate::fields::{As, Burgers, By, Line, Plane, Walls};
+use crate::fields::{As, Burgers, By, Line, Plane, Walls, with_structure};
 use crate::systems::field_of;
 use approx::assert_abs_diff_eq;
 use lsvi::adaptive::{Options, Radau, Tolerances};
@@ -49,13 +49,14 @@ fn baseline_methods_are_the_same_in_every_structure() {
     let condition = 1.0 + 4.0 * h * 31.0 * 31.0;
     for tableau in [Tableau::implicit_euler(), Tableau::trapezoidal(), Tableau::implicit_midpoint(), Tableau::sdirk2()]
     {
-        let [dense, banded, sparse] = structures
-            .clone()
-            .map(|s| end(RungeKutta::new(As(s, &field), tableau.clone()).expect("usable"), wave(n), h, 1.0));
+        let [dense, banded, sparse] = structures.clone().map(|s| {
+            end(RungeKutta::new(with_structure(s, &field), tableau.clone()).expect("usable"), wave(n), h, 1.0)
+        });
         assert_same(&dense, &banded, 10.0, condition, "banded");
         assert_same(&dense, &sparse, 10.0, condition, "sparse");
     }
-    let [dense, banded, sparse] = structures.map(|s| end(Bdf2::new(As(s, &field)).expect("usable"), wave(n), h, 1.0));
+    let [dense, banded, sparse] =
+        structures.map(|s| end(Bdf2::new(with_structure(s, &field)).expect("usable"), wave(n), h, 1.0));
     assert_same(&dense, &banded, 10.0, condition, "banded");
     assert_same(&dense, &sparse, 10.0, condition, "sparse");
 }
@@ -68,9 +69,9 @@ fn method_i_is_the_same_in_every_structure_and_formulation() {
         let h = 0.01;
         // κ(I + BᵀB) ≤ 1 + ‖B‖², ‖B‖ ≤ 1 + h (4/dx² + peclet/dx).
         let condition = (1.0 + h * (4.0 * 31.0 * 31.0 + peclet * 31.0_f64)).powi(2);
-        let dense = end(method_i(As(Structure::Dense, &field)).expect("usable"), wave(n), h, 0.1);
+        let dense = end(method_i(with_structure(Structure::Dense, &field)).expect("usable"), wave(n), h, 0.1);
         assert_same(&dense, &end(method_i(&field).expect("usable"), wave(n), h, 0.1), 10.0, condition, "banded");
-        let sparse = method_i(As(sparse_band(n, 1, 1), &field)).expect("usable");
+        let sparse = method_i(with_structure(sparse_band(n, 1, 1), &field)).expect("usable");
         assert_same(&dense, &end(sparse, wave(n), h, 0.1), 10.0, condition, "sparse");
         for by in By::ALL {
             let method = by.method_i(&field).expect("fits");
@@ -284,7 +285,7 @@ fn a_narrow_structure_of_the_curvature_changes_no_step() {
         (0, sparse_band(9, 1, 0), sparse_band(9, 0, 0)),
     ] {
         let narrow = Products { structure: structure.clone(), curvature: curvature.clone(), ahead };
-        let wide = As(structure.clone(), &narrow);
+        let wide = with_structure(structure.clone(), &narrow);
         assert_ne!(wide.curvature_structure(), curvature, "the default is wider");
         for closure in closures {
             let [wide, narrow] = [&wide as &dyn VectorField, &narrow].map(|field| by_closure(field, closure()));
@@ -313,11 +314,11 @@ fn nonlinear_method_i_is_the_same_in_every_structure_and_iteration() {
     let (n, h) = (24, 0.02);
     let field = field_of(Burgers { cells: n, viscosity: 0.05 });
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 25.0).sin()).collect();
-    let dense = end(method_i(As(Structure::Dense, &field)).expect("usable"), v.clone(), h, 0.2);
+    let dense = end(method_i(with_structure(Structure::Dense, &field)).expect("usable"), v.clone(), h, 0.2);
     // ‖B‖ ≤ 1 + h (4 ν/dx² + 1/dx).
     let condition = (1.0 + h * (4.0 * 0.05 * 625.0 + 25.0_f64)).powi(2);
     assert_same(&dense, &end(method_i(&field).expect("usable"), v.clone(), h, 0.2), 10.0, condition, "banded");
-    let sparse = method_i(As(sparse_band(n, 1, 1), &field)).expect("usable");
+    let sparse = method_i(with_structure(sparse_band(n, 1, 1), &field)).expect("usable");
     assert_same(&dense, &end(sparse, v.clone(), h, 0.2), 10.0, condition, "sparse");
     for by in By::ALL {
         let method = by.method_i(&field).expect("fits");
@@ -378,7 +379,7 @@ fn the_natural_metric_does_not_depend_on_the_variables() {
     weights.iter().enumerate().for_each(|(i, &m)| matrix.add(i, i, m));
     let massive = plain.with_mass(Mass::Matrix(matrix));
     assert_same(&expected, &end(method_i(&massive).expect("usable"), wave(n), h, 0.1), steps, condition, "matrix");
-    let dense = As(Structure::Dense, &massive);
+    let dense = with_structure(Structure::Dense, &massive);
     assert_same(&expected, &end(method_i(&dense).expect("usable"), wave(n), h, 0.1), steps, condition, "dense");
     let inverse = nalgebra::DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 / weights[i] } else { 0.0 });
     let given = LeastSquares::new(&dense).expect("usable").with_metric(inverse).expect("definite");
@@ -410,7 +411,7 @@ fn momenta_weigh_residuals_with_the_inverse_of_the_mass_matrix() {
     assert!(expected.iter().any(|p| p.abs() > 1e-3), "{expected:?}");
     for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse_band(n, 1, 1)] {
         let (mut v, mut p) = (wave(n), vec![0.0; n]);
-        let mut direct = least_squares(As(structure, &field), closure()).expect("usable");
+        let mut direct = least_squares(with_structure(structure, &field), closure()).expect("usable");
         direct.step(0.0, h, &mut v, &mut p).expect("solvable");
         assert!(distance(&p, &expected) <= bound, "{p:?} {expected:?}");
     }
@@ -535,8 +536,9 @@ fn discretisations_follow_the_structure_of_the_field() {
     let structures = [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse_band(n, 1, 1)];
     for mass in [Mass::Identity, weights] {
         let results = structures.clone().map(|structure| {
-            let lagrangian =
-                || LeastSquares::new(Massive(mass.clone(), As(structure.clone(), &field))).expect("positive");
+            let lagrangian = || {
+                LeastSquares::new(Massive(mass.clone(), with_structure(structure.clone(), &field))).expect("positive")
+            };
             let kept = lagrangian().structure() != Structure::Dense;
             assert_eq!(kept, structure != Structure::Dense);
             let end = |method: &mut dyn Integrator| end(method, v.clone(), h, 0.2);
@@ -598,7 +600,7 @@ fn an_entry_outside_the_declared_structure_is_refused() {
     fn step(mut method: impl OneStep, v: &[f64]) -> Result<(), StepError> {
         method.step(0.0, 0.1, &mut v.to_vec(), &mut vec![0.0; v.len()])
     }
-    let linear = As(narrow.clone(), Line::new(n, 1.0, Walls::Dirichlet));
+    let linear = with_structure(narrow.clone(), Line::new(n, 1.0, Walls::Dirichlet));
     let automatic = field_of(As(narrow, Burgers { cells: n, viscosity: 0.1 }));
     expect(step(RungeKutta::new(&linear, Tableau::implicit_euler()).expect("usable"), &v));
     expect(step(RungeKutta::new(&automatic, Tableau::implicit_euler()).expect("usable"), &v));
@@ -614,7 +616,7 @@ fn an_entry_outside_the_declared_structure_is_refused() {
 fn unusable_solvers_and_masses_are_refused_at_once() {
     let line = || Line::new(5, 0.0, Walls::Dirichlet);
     let refused = |field: &dyn VectorField, by: By| by.method_i(field).err();
-    let dense = As(Structure::Dense, line());
+    let dense = with_structure(Structure::Dense, line());
     assert!(matches!(refused(&dense, By::Twisted), Some(InputError::System(SystemError::Solver(_)))));
     for tolerance in [0.0, -1.0, 1.0, f64::NAN] {
         let solver = Iterative::new(Factored::default()).with_tolerance(tolerance);
@@ -637,7 +639,7 @@ fn unusable_solvers_and_masses_are_refused_at_once() {
         let field = line().with_mass(mass);
         assert!(refused(&field, By::Augmented).is_some(), "{what}");
         assert!(method_i(&field).is_err(), "{what}");
-        let dense = As(Structure::Dense, &field);
+        let dense = with_structure(Structure::Dense, &field);
         assert!(method_i(&dense).is_err(), "{what}");
         assert!(LeastSquares::new(&dense).is_err(), "{what}");
     }
@@ -690,7 +692,7 @@ fn stages_found_together_are_those_found_one_by_one() {
     let lobatto = (vec![vec![0.0, 0.0], vec![0.5, 0.5]], vec![0.5, 0.5], vec![0.0, 1.0]);
     let line = Line::new(12, 0.1, Walls::Dirichlet);
     let burgers = field_of(Burgers { cells: 12, viscosity: 0.1 });
-    let fields: [&dyn VectorField; 3] = [&line, &burgers, &As(Structure::Dense, &burgers)];
+    let fields: [&dyn VectorField; 3] = [&line, &burgers, &with_structure(Structure::Dense, &burgers)];
     for (a, b, c) in [sdirk, lobatto] {
         for field in fields {
             let one_by_one = RungeKutta::new(field, Tableau::lower_triangular(&a, &b, &c).expect("lower triangular"))
@@ -783,7 +785,7 @@ fn second_derivatives_from_differences_give_the_same_steps() {
             .step(0.0, h, &mut v[0], &mut [0.0; 3])
             .expect("solvable");
         method_i(Drag { is_linear: false }).expect("valid").step(0.0, h, &mut v[1], &mut [0.0; 3]).expect("solvable");
-        method_i(As(Structure::Dense, Drag { is_linear: false }))
+        method_i(with_structure(Structure::Dense, Drag { is_linear: false }))
             .expect("valid")
             .step(0.0, h, &mut v[2], &mut [0.0; 3])
             .expect("solvable");
@@ -893,7 +895,7 @@ fn the_momentum_of_method_i_is_zero() {
     let field = AutoField::new(Burgers { cells: 12, viscosity: 0.05 });
     for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse_band(12, 1, 1)] {
         let (mut v, mut p) = (wave(12), vec![1.0; 12]);
-        method_i(As(structure, &field)).expect("usable").step(0.0, 0.05, &mut v, &mut p).expect("solvable");
+        method_i(with_structure(structure, &field)).expect("usable").step(0.0, 0.05, &mut v, &mut p).expect("solvable");
         assert_eq!(p, [0.0; 12]);
     }
 }
