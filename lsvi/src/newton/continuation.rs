@@ -160,7 +160,9 @@ impl Newton {
                 self.whole.copy_from_slice(&self.increment);
                 self.point.copy_from_slice(x);
                 same &= is_close(&self.increment, scale, &self.reference, roundoff);
-                (same || tells_affine) && self.is_along_tangent(system, target, if same { 1.0 } else { 2.0 * CLOSE })
+                (same || tells_affine)
+                    && !self.is_back_at_origin(system, target)
+                    && self.is_along_tangent(system, target, if same { 1.0 } else { 2.0 * CLOSE })
             });
         if !close {
             return Err(SolveError::Diverged { iterations: 1, increment: max_norm(&self.increment) });

@@ -170,6 +170,9 @@ impl Newton {
             if self.is_near_branch(system, s, contraction) {
                 return true;
             }
+            if self.is_back_at_origin(system, s) {
+                return false;
+            }
             let near_limit = self.is_near_limit(system, s) && self.is_along_tangent(system, s, 1.0);
             let way = 0.5 * s / h;
             let ends = self.origin.iter().zip(&self.guess);
@@ -247,6 +250,18 @@ impl Newton {
             along = along.max((scale * tangent).abs());
         }
         apart <= allowed * largest.max(along)
+    }
+
+    /// Whether the increment `whole` from (h, point) leads back to the origin, which the branch has left along its tangent: the origin is a root of
+    /// another branch there, and increments are roundings, in proportion to anything.
+    pub(super) fn is_back_at_origin(&mut self, system: &mut dyn System, h: f64) -> bool {
+        let ends = self.point.iter().zip(&self.whole).map(|(x, d)| x - d).zip(&self.origin);
+        let moved = ends.fold(0.0, |most, (end, origin)| larger(most, end - origin));
+        if CLOSE * moved > self.roundoff() || !self.limit.is_regular || !system.algebraic().is_empty() {
+            return false;
+        }
+        let scale = self.set_tangent(system, h);
+        CLOSE * CLOSE * scale.abs() * max_norm(&self.part) > self.roundoff()
     }
 
     /// Whether an equation that two increments tell to be affine is so elsewhere too, to half of the digits: on the tangent of the

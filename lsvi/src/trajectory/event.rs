@@ -28,16 +28,17 @@ impl Crossing {
     }
 }
 
-/// How far [`Trajectory::until`] has looked, and what it found last.
+/// How far [`Trajectory::until`] has looked on the dense output, and the event that it found last, with its time, or the start of the run.
 #[derive(Debug)]
 pub(super) struct Search {
     reached: f64,
+    last: f64,
     event: State,
 }
 
 impl Search {
     pub(super) fn new(initial: &State) -> Self {
-        Self { reached: initial.t, event: initial.clone() }
+        Self { reached: initial.t, last: initial.t, event: initial.clone() }
     }
 }
 
@@ -47,6 +48,12 @@ const PARTS: u32 = 4;
 const HALVINGS: i32 = 26;
 /// Shorter steps to the zero, each of which squares or so what is left.
 const CORRECTIONS: u32 = 8;
+/// A correction of so many roundings of the time at most is none, where it makes g no smaller.
+const ROUNDINGS: f64 = 64.0;
+/// Halvings of the step at which the nearest places are looked at for a change of sign.
+const NEAREST: i32 = 6;
+/// Shorter steps between two signs of g: bisection alone, every third time, leaves roundings of the step.
+const NARROWINGS: u32 = 180;
 
 /// How many times larger than around it g is beside a pole, and how many times smaller beside a zero.
 const POLE: f64 = 1e3;
@@ -66,14 +73,15 @@ impl<I: Integrator> Trajectory<I> {
     /// # Accuracy
     /// The state of a one-step method, variational or not, is that of a shorter step from the start of the step that contains
     /// the crossing, t such that g is zero for it: t, q and p have the order of the method, and constraints hold. A few such
-    /// steps are taken, which its [`work`](Self::work) counts. [`Radau`](crate::adaptive::Radau),
+    /// steps are taken, which its [`work`](Self::work) counts; more of them where the dense output is far off. Events follow each other in time. [`Radau`](crate::adaptive::Radau),
     /// [`Bdf2`](crate::classic::Bdf2) and [`Window`](crate::Window), whose steps depend on more than a state, give the dense
     /// output, and momenta linear between the ends of the step: the adaptive method does **not** hold its tolerance
     /// there (see [`sample`](Self::sample)). An error of the path is one of t divided by |dg/dt|.
     ///
     /// # What is not seen
     /// A change of sign is looked for on the dense output between the quarters of a step, from the start of each call between
-    /// points that are twice as far away each time: two crossings within one of these parts are not seen. A zero where a call
+    /// points that are twice as far away each time: two crossings within one of these parts are not seen. The dense output is a cubic, which is far off the path
+    /// of a method of high order in steps of more than about a radian of its fastest oscillation, so that a crossing there may not be seen either. A zero where a call
     /// starts, or within 2⁻²⁶ of a quarter step from there, does not count, nor one at the end of the run, beyond which g has no sign; one that follows does. A jump of g from one sign to the
     /// other counts, a pole between the points that are looked at does not. Where g only touches zero, as at the start on a section that the path is tangent to, rounding
     /// decides.
@@ -160,10 +168,13 @@ impl<I: Integrator> Trajectory<I> {
                         left = right;
                         continue;
                     }
-                    // Beyond the zero, where g has its new sign.
-                    self.search.reached = t.next_up();
-                    self.settle(t, change, &mut g)?;
-                    return Ok(Some(&self.search.event));
+                    let lower = start.max(self.search.last);
+                    if self.settle(t, change, (lower, left.1.signum()), &mut g)? {
+                        // Beyond the zero, where g has its new sign.
+                        self.search.reached = t.next_up();
+                        self.search.last = self.search.event.t;
+                        return Ok(Some(&self.search.event));
+                    }
                 }
                 left = right;
             }
@@ -216,11 +227,17 @@ impl<I: Integrator> Trajectory<I> {
         }
     }
 
-    /// Sets the event to the state near `t`, a zero of g on the dense output: where the method takes shorter steps, to the one
-    /// for which g is zero, by the secant method from a slope of the dense output, or at a jump to the one at `t`.
-    fn settle(&mut self, t: f64, change: Change, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<(), StepError> {
+    /// Sets the event to the state near `t`, a zero of g on the dense output before which g has this sign: where the method takes shorter steps, to
+    /// the one beyond `lower` for which g is zero, or at a jump to the one at `t`. False where these know of no such zero in the step.
+    fn settle(
+        &mut self,
+        t: f64,
+        change: Change,
+        (lower, sign): (f64, f64),
+        g: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> Result<bool, StepError> {
         let (from, to) = (self.before.t, self.state.t);
-        let Some(mut error) = self.shorter_step(t, g)? else {
+        let Some(error) = self.shorter_step(t, g)? else {
             let end = self.value(t, g).map(|_| (t - from) / (to - from))?;
             let Self { search: Search { event, .. }, before, state, point, .. } = self;
             event.t = t;
@@ -228,17 +245,28 @@ impl<I: Integrator> Trajectory<I> {
             for ((p, before), after) in event.p.iter_mut().zip(&before.p).zip(&state.p) {
                 *p = before + end * (after - before);
             }
-            return Ok(());
+            return Ok(true);
         };
-        if change == Change::Jump {
-            return Ok(());
-        }
+        Ok(change == Change::Jump
+            || self.settle_by_secants((t, error), (lower, sign), g)?
+            || self.settle_between(t.max(lower), (lower, sign), g)?)
+    }
+
+    /// By the secant method from a slope of the dense output; false where that does not converge, or to no crossing like the one asked for.
+    fn settle_by_secants(
+        &mut self,
+        (mut now, mut error): (f64, f64),
+        (lower, sign): (f64, f64),
+        g: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> Result<bool, StepError> {
+        let (from, to) = (self.before.t, self.state.t);
         let reach = 1e-3 * (to - from);
-        let (low, high) = ((t - reach).max(from), (t + reach).min(to));
+        let (low, high) = ((now - reach).max(from), (now + reach).min(to));
         let mut slope = (self.value(high, g)? - self.value(low, g)?) / (high - low);
-        let mut now = t;
+        let mut correction = f64::INFINITY;
         for _ in 0..CORRECTIONS {
-            let next = (now - error / slope).clamp(from, to);
+            correction = error / slope;
+            let next = (now - correction).clamp(from, to);
             let moved = next - now;
             if error == 0.0 || moved.is_nan() || moved.abs() <= 2.0 * f64::EPSILON * now.abs() {
                 break;
@@ -251,7 +279,56 @@ impl<I: Integrator> Trajectory<I> {
             }
             (slope, now, error) = ((other - error) / moved, next, other);
         }
-        Ok(())
+        let is_found = error == 0.0 || correction.abs() <= ROUNDINGS * f64::EPSILON * now.abs();
+        Ok(is_found && slope * sign <= 0.0 && self.is_beyond(lower, now))
+    }
+
+    /// Between the nearest places, beyond `lower`, where g has one sign and the other.
+    fn settle_between(
+        &mut self,
+        t: f64,
+        (lower, sign): (f64, f64),
+        g: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> Result<bool, StepError> {
+        let (from, to) = (self.before.t, self.state.t);
+        let Some(here) = self.shorter_step(t, g)? else { return Ok(false) };
+        // At the event before g is zero but for roundings.
+        let is_before = here * sign > 0.0 || !self.is_beyond(lower, t);
+        let (mut near, mut far) = ((t, here), None);
+        for k in (0..=NEAREST).rev() {
+            let way = (to - from) * 0.5_f64.powi(k);
+            let next = if is_before { (t + way).min(to) } else { (t - way).max(lower) };
+            if next == near.0 || !self.is_beyond(lower, next) {
+                break;
+            }
+            let Some(there) = self.shorter_step(next, g)? else { return Ok(false) };
+            if (there * sign > 0.0) != is_before {
+                far = Some((next, there));
+                break;
+            }
+            near = (next, there);
+        }
+        let Some(mut far) = far else { return Ok(false) };
+        for round in 1..=NARROWINGS {
+            let middle = near.0 + 0.5 * (far.0 - near.0);
+            let secant = near.0 - near.1 * (far.0 - near.0) / (far.1 - near.1);
+            let is_between = (secant - near.0) * (secant - far.0) < 0.0;
+            let next = if is_between && round % 3 > 0 { secant } else { middle };
+            let correction = (secant - near.0).abs().min((secant - far.0).abs());
+            let is_found = far.1 == 0.0 || correction <= 2.0 * f64::EPSILON * secant.abs();
+            if next == near.0 || next == far.0 || is_found {
+                break;
+            }
+            let Some(there) = self.shorter_step(next, g)? else { return Ok(false) };
+            *(if (there * sign > 0.0) == is_before { &mut near } else { &mut far }) = (next, there);
+        }
+        let best = if near.1.abs() < far.1.abs() { near.0 } else { far.0 };
+        Ok(self.is_beyond(lower, best) && self.shorter_step(best, g)?.is_some())
+    }
+
+    /// Whether `t` is another time than `lower` if that is the event before, or the start of the run.
+    fn is_beyond(&self, lower: f64, t: f64) -> bool {
+        lower != self.search.last || t - lower > ROUNDINGS * f64::EPSILON * t.abs()
     }
 
     /// Sets the event to the state that a shorter step leads to, and returns g there; `None` if the method takes none.

@@ -239,6 +239,44 @@ fn no_step_stands_still_beside_a_root_that_its_branch_does_not_come_back_to() {
     assert!(refused.len() <= (stays + leaves) / 100, "{} refused:\n{}", refused.len(), refused.join("\n"));
 }
 
+/// The same where the start is a root of a part of the step, at which a branch is looked at: increments there are roundings, and in proportion
+/// to anything.
+#[test]
+fn a_start_that_is_a_root_of_a_part_of_the_step_tells_nothing_of_its_branch() {
+    const PARTS: [f64; 8] = [0.75, 0.5, 0.375, 1.0 / 3.0, 0.25, 0.125, 0.0625, 0.03125];
+    let mut random = Random(6);
+    let (mut wrong, mut refused, mut looked_at) = (Vec::new(), Vec::new(), 0);
+    for field in [QUADRATIC_DRAG, LOGISTIC, CUBIC] {
+        for method in METHODS {
+            let Method::Linear(alpha, beta) = method else { continue };
+            for _ in 0..50 {
+                let (v, _) = start(&mut random);
+                let root_at = 2.0 * (alpha + beta) / ((beta - alpha) * field.slope(v));
+                if !(root_at > 0.0 && root_at < 1e3) {
+                    continue;
+                }
+                for part in PARTS {
+                    let (h, v) = (root_at / part, v * (1.0 + f64::EPSILON * random.within(-8.0, 8.0).round()));
+                    let mut x = [v];
+                    let step = method.build(field).step(0.0, h, &mut x, &mut [0.0]);
+                    let truth = follow(method.equation(field, v), v, h);
+                    let what = || format!("{field:?} {method:?} v = {v} h = {h}: {step:?} {x:?}, {truth:?}");
+                    looked_at += u32::from(matches!(truth, Followed::To(_)));
+                    match truth {
+                        Followed::To(_) if step.is_err() => refused.push(what()),
+                        Followed::To(root) if !agrees(x[0], root, v) => wrong.push(what()),
+                        Followed::Lost if step.is_ok() => wrong.push(what()),
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong of {looked_at}:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(looked_at > 500, "{looked_at}");
+    assert!(refused.len() <= looked_at as usize / 100, "{} refused:\n{}", refused.len(), refused.join("\n"));
+}
+
 /// An integrator that has stood beside rest, where equations are next to affine, is put to another start beside such a root.
 #[test]
 fn what_was_found_at_one_start_is_not_believed_at_another() {

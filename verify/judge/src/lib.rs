@@ -105,7 +105,10 @@ impl Judgement {
         match theory.own_times().filter(|_| matches!(diagnosis, Diagnosis::OwnTimes)) {
             Some(verdict) => verdicts.push(verdict),
             None => {
-                verdicts.extend(theory.consistency().into_iter().filter(|found| !verdict::is_conceded(&file, found)));
+                // A closure is held to a live step.
+                let is_asked = |found: &Verdict| effort == Effort::Runs || found.kind != Kind::Run;
+                let found = theory.consistency().into_iter().filter(is_asked);
+                verdicts.extend(found.filter(|found| !verdict::is_conceded(&file, found)));
             }
         }
         verdicts.extend(measured.iter().filter_map(MeasuredOrder::verdict));

@@ -215,6 +215,9 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     // Of a linear system they are all the same.
     found.dedup();
     let spectra: Vec<Spectrum> = found.iter().map(Spectrum::of).collect();
+    if spectra.iter().any(|spectrum| spectrum.radius().is_nan()) {
+        return None;
+    }
     let (t, _) = states.first()?;
     // A solution at rest sees the linear part of f alone: a state aside, where f is defined there.
     let size = Some(worst(states.iter().map(|(_, v)| max_norm(v)))).filter(|size| *size > 0.0).unwrap_or(1.0);

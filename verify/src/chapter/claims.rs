@@ -38,8 +38,8 @@ const RULE: &str = "A claim is confirmed if all its comparisons come out as clai
                     against one of the others; and else it is not supported. A condition is one that a user can check beforehand: of the \
                     problem, the step size, the data or, in a statement on a family of schemes, the member; and the finding says why it \
                     holds there. Of a range of step sizes the ends may be scanned for by the outcome itself, and the finding says so and rounds them inwards; that there is such a range has to follow \
-                    from orders, error constants or a closed form, and a range that nothing but the scan shows is no condition. A restriction of the competing methods is no condition, except where the \
-                    source names each, so that every pair is a sentence of its own. Where a condition ends with the tests and not with \
+                    from orders, error constants or a closed form, and a range that nothing but the scan shows is no condition. That a method beats some of its competitors \
+                    is no condition, unless the source names each of them: then each pair is a claim of its own. Where a condition ends with the tests and not with \
                     what was found, it says how far it was tested. Where a step has no solution, that is itself the outcome, and counts \
                     against what is claimed of it; a run that broke off for another reason decides nothing. A statement marked as our restriction is what \
                     is left of a wider one, which another claim judges.";

@@ -170,7 +170,7 @@ fn show(
                 significant(trial.error, 2),
                 significant(*uncertainty, 1),
                 trial.cost,
-                advice.predictable().nth(1).map_or_else(String::new, |next| format!(
+                advice.predictable().find(|next| next.method != trial.method).map_or_else(String::new, |next| format!(
                     ", {} times fewer than {}",
                     significant(next.cost / trial.cost, 2),
                     next.method
@@ -284,7 +284,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         let why = if character.is_large() {
             "not looked at: the system is large"
         } else {
-            "not looked at: a Jacobian along the run is not finite, or the mass matrix not positive definite"
+            "not looked at: a Jacobian along the run is not finite or its eigenvalues are not found, or the mass matrix is not positive definite"
         };
         return paragraph(out, "structure", INDENT, why);
     };
@@ -580,6 +580,10 @@ mod tests {
                      40 evaluations, 2.5 times fewer than radau-adaptive.";
         assert!(text.contains(taken), "{text}");
         assert!(text.contains("evaluations rk4 8 0.125 1.5e-6 40 radau-adaptive 8 0.125 1.5e-6 100"), "{text}");
+        // Not beside the same method at another step.
+        advice.trials.insert(1, trial("rk4", None, 60.0));
+        assert!(told(&advice, 1.0).contains(taken));
+        advice.trials.remove(1);
         assert_eq!([1.0, 0.5].map(|own| told(&advice, own).contains("has turned twice")), [false, true]);
         // Of a run of 1; at rest nothing turns.
         for (fastest, is_short) in [(0.0, false), (0.3, true), (0.95, true), (1.05, false)] {

@@ -1,4 +1,4 @@
-//! The calls into SUNDIALS, the only unsafe code of the project.
+//! The calls into SUNDIALS, the only unsafe code of the project, tests apart.
 
 use std::ffi::{CStr, c_char, c_int, c_long, c_void};
 use std::marker::PhantomData;
