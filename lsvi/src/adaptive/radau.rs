@@ -38,8 +38,8 @@ const PATIENCE: u32 = 10;
 /// # Algebraic equations
 /// The singular M of algebraic equations of index 1 is allowed. A start must satisfy them: where a row of M is zero, a start
 /// that does not to within the tolerances is refused, [`SystemError::InconsistentStart`]. Where M is singular without such a
-/// row, as in M = (1 1; 1 1), nobody looks: where f is linear the step ends on the algebraic equations wherever it starts, and its
-/// dense output leads there from the start; elsewhere it may find no step.
+/// row, as in M = (1 1; 1 1), a start is not checked. If f is linear, the first step ends on the algebraic equations although its start is off them,
+/// and its dense output joins the two; if f is not, no step size may be found.
 ///
 /// [`Integrator::advance`] takes one accepted step, never longer than the grid's h and never past its end or a
 /// [stop time](Self::stop_at). Between its ends [`interpolate`](Self::interpolate) gives the solution.

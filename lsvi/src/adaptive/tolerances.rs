@@ -12,9 +12,9 @@ use crate::error::{InputError, SettingError, SystemError};
 /// A first step, and one that takes in a good part of a period of the forcing, of which an
 /// estimate may vanish by chance, can have ten times that and more; [`Options::h_max`](super::Options::h_max) limits both.
 ///
-/// atol = 0 asks for relative accuracy alone; a component that passes through zero then has short steps there. It leaves 0 with
-/// such accuracy where it grows like a power of time up to the number of stages, or at t = 0, where times tell when it was next to
-/// nothing; elsewhere no step has it, [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
+/// atol = 0 asks for relative accuracy alone; a component that passes through zero then has short steps there. A component that is 0 and
+/// leaves it like tᵏ has relative accuracy if k is at most the number of stages, or if it leaves at t = 0, where times go down to 10⁻³⁰⁸;
+/// elsewhere no step reaches it, and the method returns [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
 ///
 /// No τ is below [`f64::MIN_POSITIVE`], whatever the tolerances: doubles below that have fewer digits, and the
 /// reciprocals of some are infinite. So small is the error of a component of which rtol |v| is less, as of one that decays to nothing.

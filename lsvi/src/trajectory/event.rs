@@ -81,8 +81,10 @@ impl<I: Integrator> Trajectory<I> {
     /// # What is not seen
     /// A change of sign is looked for on the dense output between the quarters of a step, from the start of each call between
     /// points that are twice as far away each time: two crossings within one of these parts are not seen. The dense output is a cubic, off by up to (hω)⁴/384 of
-    /// an oscillation of frequency ω, which is a quarter where the step is half a turn: in longer ones a crossing may not be seen either. A zero where a call
-    /// starts, or within 2⁻²⁶ of a quarter step from there, does not count, nor one at the end of the run, beyond which g has no sign; one that follows does. A jump of g from one sign to the
+    /// an oscillation of frequency ω: in steps of half a turn two crossings that are nearly two parts apart may not be seen either, and in longer ones any
+    /// two; of an odd number in a step, one at least is. A zero where a call
+    /// starts, or within 2⁻²⁶ of a quarter step from there, does not count, nor one at the end of the run, beyond which g has no sign; one that follows does,
+    /// unless it is within 64 roundings of t, 1.4·10⁻¹⁴ |t|, of the one before. A jump of g from one sign to the
     /// other counts, a pole between the points that are looked at does not. Where g only touches zero, as at the start on a section that the path is tangent to, rounding
     /// decides.
     ///

@@ -373,6 +373,20 @@ fn work_is_counted_in_evaluations() {
     assert_eq!(cost("robertson", "rk4", work(10, 2, 0)), 10.0 + 2.0 * 3.0);
 }
 
+/// A matrix of Method I has second derivatives in it: of a model these are differences of matrices of two columns, one at v and one for each
+/// column, beside the two of the matrix itself. What is linear has none.
+#[test]
+fn second_derivatives_of_a_model_are_counted_in_evaluations() {
+    let cost = |code: &str, method: &str| {
+        let work = Work { residuals: 3, factorizations: 1, ..Work::default() };
+        trial::cost(&of_text(code, 1.0), &*method::parse(method).expect("registered"))(work)
+    };
+    let drag = "u_i { x = 1, y = 2 } F_i { -x*x + y, x - y }";
+    assert_eq!(cost(drag, "method-i"), 2.0 * (3.0 + 2.0 + (1.0 + 2.0) * 2.0));
+    assert_eq!(cost(drag, "tr-bdf2"), cost("u_i { x = 1, y = 2 } F_i { -x + y, x - y }", "tr-bdf2"));
+    assert_eq!(cost("u_i { x = 1, y = 2 } F_i { -x + y, x - y }", "method-i"), 2.0 * (3.0 + 2.0));
+}
+
 /// A run of four steps that has taken too much work after the first is worth no second one, and says nothing of its error.
 #[test]
 fn a_run_that_takes_too_much_work_is_broken_off() {

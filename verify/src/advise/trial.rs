@@ -6,7 +6,7 @@ use std::f64::consts::SQRT_2;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
-use lsvi::{Structure, Work};
+use lsvi::{SolveError, StepError, Structure, Work};
 use nalgebra::DMatrix;
 
 use super::{Held, adaptive_within, worst};
@@ -402,6 +402,14 @@ fn amplifies(method: &dyn Method, h: f64, calm: Option<&DMatrix<f64>>) -> bool {
     factor.is_some_and(|factor| factor > 1.0 + SAME)
 }
 
+/// The longest step from the start of a run, as its failure tells: where the branch of solutions ends in the first step, it does in every longer one.
+fn longest_first_step(error: &RunError) -> f64 {
+    match *error {
+        RunError::Step(StepError::Solve { t: 0.0, source: SolveError::BranchLost { reached }, .. }) => reached,
+        _ => f64::INFINITY,
+    }
+}
+
 /// The fewest steps with which a method reaches the target, found by halving and by its order, and its smallest error; besides twice the
 /// steps, where the errors of those alone follow its order. None where a run takes more work than `most`.
 pub(super) fn search(
@@ -413,8 +421,13 @@ pub(super) fn search(
     calm: Option<&DMatrix<f64>>,
 ) -> (Vec<Trial>, f64) {
     let (horizon, cost) = (truth.horizon, cost(problem, method));
+    let longest = Cell::new(f64::INFINITY);
     let tried = |steps: u32| {
-        let ran = Ran::at_ends_of(steps, (problem, method), steps, truth, WORTH * most).ok()?;
+        if horizon / f64::from(steps) > longest.get() {
+            return None;
+        }
+        let ran = Ran::at_ends_of(steps, (problem, method), steps, truth, WORTH * most);
+        let ran = ran.inspect_err(|error| longest.set(longest.get().min(longest_first_step(error)))).ok()?;
         let is_right = ran.error <= target;
         let is_shown = || truth.of_steps(steps).is_ok_and(|states| truth.is_shown_by(&states));
         let is_useless = is_right && (amplifies(method, horizon / f64::from(steps), calm) || !is_shown());
@@ -475,7 +488,8 @@ pub(super) fn search(
     ([Some(first), twice].into_iter().flatten().collect(), least)
 }
 
-/// Work in evaluations of f: an equation of the method takes as many as it has stages, a matrix those of its columns that differ.
+/// Work in evaluations of f: an equation of the method takes as many as it has stages, a matrix those of its columns that differ. Where a
+/// matrix has second derivatives in it, and f is a model, which has none of its own, they are differences of a matrix for each column.
 pub(super) fn cost(problem: &dyn Problem, method: &dyn Method) -> impl Fn(Work) -> f64 + use<> {
     let field = problem.field();
     let columns = match field.structure() {
@@ -484,9 +498,12 @@ pub(super) fn cost(problem: &dyn Problem, method: &dyn Method) -> impl Fn(Work) 
         // Few colours, or a product at a time.
         _ => 5,
     };
+    let has_second = !matches!(method.principle(), Principle::Equation | Principle::Hamilton) && !field.is_linear();
+    let is_differenced = has_second && problem.facts().model.is_some();
+    let matrix = columns as f64 * if is_differenced { (columns + 2) as f64 } else { 1.0 };
     let stages = f64::from(method.traits().stages);
     move |work| {
-        let equations = work.residuals as f64 + columns as f64 * work.factorizations as f64;
+        let equations = work.residuals as f64 + matrix * work.factorizations as f64;
         stages * (equations + work.inner as f64)
     }
 }
@@ -543,6 +560,18 @@ mod tests {
             let (found, _) = search(problem, &*rk4, &truth, 1e-3, f64::INFINITY, Some(&calm));
             assert!(found.first().is_some_and(|trial| trial.error <= 1e-3 && trial.steps >= 9), "{found:?}");
         });
+    }
+
+    /// The equation of implicit Euler, W = 1 + h W², has a solution for h ≤ 1/4: from the start no longer step has one, later a shorter one than 1/4 may
+    /// have none.
+    #[test]
+    fn a_branch_that_ends_in_the_first_step_ends_in_every_longer_one() {
+        let problem = problem::build_setting("quadratic-drag lambda=-1").expect("registered");
+        let euler = method::parse("implicit-euler").expect("registered");
+        let failed = |h: f64| run_from(&*problem, vec![1.0], &*euler, h, 0.9, |_, _| ControlFlow::Continue(()));
+        let [first, later] = [0.3, 0.15].map(|h| longest_first_step(&failed(h).expect_err("it has no solution")));
+        approx::assert_relative_eq!(first, 0.25, max_relative = 1e-3);
+        assert_eq!(later, f64::INFINITY);
     }
 
     /// At rest every method is exact.

@@ -35,11 +35,12 @@ that differ. A run is no trial if its rows go less than half as far from the
 start as the solution does.
 
 The tolerance of radau-adaptive in the table is the relative one. The absolute
-one is the relative one times the unit that errors are relative to, or times the
-least amplitude that each component, or of more than six any, has in a sixteenth
-of the time, whichever is cheaper. Its steps are not limited, or, where such
-steps pass over something, to 1/64 or 1/1024 of the run, or to 1/8192 of it
-where f changes by itself for a moment.
+one is the same number, or the relative one times the least amplitude that each
+component, or of more than six any, has in a sixteenth of the time, whichever is
+cheaper; in place of 1 it has the size of the solution where that is so small
+that it would hardly move, or so large that no tolerance is met. Its steps are
+not limited, or, where such steps pass over something, to 1/64 or 1/1024 of the
+run, or to 1/8192 of it where f changes by itself for a moment.
 
 Nothing is recommended where f is not finite at the start or its matrix is not
 known, where the solution moves by less than the error asked for or ends before

@@ -155,12 +155,6 @@ impl<'a> Found<'a> {
         self.pair(what)[0]
     }
 
-    /// How many of the comparisons about something hold, and how many there are.
-    fn score(&self, part: &str) -> [usize; 2] {
-        let cases = self.of(part);
-        [cases.iter().filter(|case| case.holds()).count(), cases.len()]
-    }
-
     /// The number in a column of a table in the first row that has these cells, as they are printed.
     fn cell(&self, table: &str, having: &[&str], column: &str) -> f64 {
         let table = self.0.tables.iter().find(|known| known.id == table).expect("a table");
