@@ -46,3 +46,21 @@ impl<T> fmt::Debug for Pool<T> {
         f.write_str("Pool")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    #[test]
+    fn as_much_is_kept_as_was_in_use_at_once() {
+        let made = Arc::new(AtomicUsize::new(0));
+        let counted = Arc::clone(&made);
+        let pool = Pool::new(move || counted.fetch_add(1, Ordering::Relaxed));
+        for _ in 0..3 {
+            pool.with(|one| pool.with(|other| assert_ne!(one, other)));
+            assert_eq!(made.load(Ordering::Relaxed), 2);
+        }
+    }
+}

@@ -177,21 +177,30 @@ impl System for StepEquations<'_> {
     }
 }
 
-/// Writes the velocity that belongs to the momentum, by way of the first guess of a step of size 1, which is q + c v.
+/// A step so long that q is no more than a rounding beside it, in any unit of time.
+const FAR: f64 = (1_u128 << 100) as f64 * (1_u128 << 100) as f64;
+
+/// Writes the velocity that belongs to the momentum, by way of the first guess of a long step, which is q + h v; of a shorter one where that is no
+/// number.
 pub(crate) fn velocity(
     discrete: &mut dyn DiscreteLegendre,
     state: &State,
     x: &mut [f64],
     out: &mut [f64],
 ) -> Result<(), StepError> {
-    let (at, n) = (Interval { start: state.t, h: 1.0 }, discrete.dim());
+    let n = discrete.dim();
     check_vector("q", &state.q, n)?;
     check_vector("p", &state.p, n)?;
     check_length("out", out.len(), n)?;
     let failed = |source| StepError::Solve { t: state.t, h: 0.0, source };
-    discrete.predict(at, &state.q, &state.p, x).map_err(failed)?;
-    let end = &x[x.len() - n..];
-    out.iter_mut().zip(end).zip(&state.q).for_each(|((v, x), q)| *v = x - q);
+    for h in [FAR, 1.0] {
+        discrete.predict(Interval { start: state.t, h }, &state.q, &state.p, x).map_err(failed)?;
+        let end = &x[x.len() - n..];
+        out.iter_mut().zip(end).zip(&state.q).for_each(|((v, x), q)| *v = (x - q) / h);
+        if out.iter().all(|v| v.is_finite()) {
+            break;
+        }
+    }
     Ok(())
 }
 

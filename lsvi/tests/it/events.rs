@@ -454,3 +454,31 @@ fn a_zero_at_which_no_secant_converges_is_found_between_signs() {
     let event = run.until(|_, q| q[0].cbrt(), Crossing::Falling).expect("solved").expect("it crosses");
     assert!(event.q[0].abs() < 1e-14, "{event:?}");
 }
+
+/// Two oscillators whose steps are more than a turn: q₀ q₁ goes through a value at times that the dense output knows little of.
+#[test]
+fn no_event_is_told_twice_in_steps_of_more_than_a_turn() {
+    struct Coupled;
+    impl LagrangianFn for Coupled {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+            (v[0] * v[0] + v[1] * v[1] - q[0] * q[0] - q[1] * q[1] * 1.7) * 0.5 - q[0] * q[0] * q[1] * 0.02
+        }
+    }
+    for h in [7.4, 7.77, 8.14, 8.51] {
+        for crossing in [Crossing::Any, Crossing::Falling] {
+            let method = position_momentum(Galerkin::gauss(lagrangian_of(Coupled), 2).expect("s ≥ 1"));
+            let start = State::new(0.0, vec![0.3, 0.1]).with_momentum(vec![0.4, 0.2]);
+            let mut run = Trajectory::new(method, start, h, 60.0).expect("usable");
+            let (mut before, mut events) = (0.0, 0);
+            while let Some(event) = run.until(|_, q| q[0] * q[1] - 0.01, crossing).expect("solvable") {
+                // The nearest ones here are 0.5 apart.
+                assert!(event.t > before + 1e-3, "h = {h}, {crossing:?}: {} after {before}", event.t);
+                (before, events) = (event.t, events + 1);
+            }
+            assert!(events >= 6, "h = {h}, {crossing:?}: {events}");
+        }
+    }
+}

@@ -9,10 +9,10 @@ use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
 use lsvi::solver::{Augmented, Iterative, StepSolver, Twisted};
 use lsvi::{
-    AutoConstraint, Coloring, Constrained, ConstraintFn, Differences, Factored, FieldFn, Grid, InputError, Integrator,
-    Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, NodeError, OneStep, Preconditioner, Scalar,
-    SettingError, SolveError, State, StepError, StepOperator, Structure, SystemError, TimeError, Trajectory, TwoStep,
-    VectorField, Window, add_columns, least_squares, method_i, method_ii, nalgebra, position_momentum, steady,
+    AutoConstraint, AutoField, Coloring, Constrained, ConstraintFn, Differences, Factored, FieldFn, Grid, InputError,
+    Integrator, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, NodeError, OneStep, Preconditioner,
+    Scalar, SettingError, SolveError, State, StepError, StepOperator, Structure, SystemError, TimeError, Trajectory,
+    TwoStep, VectorField, Window, add_columns, least_squares, method_i, method_ii, nalgebra, position_momentum, steady,
 };
 
 /// v̇ = −v in two unknowns, with a structure and declarations as they may be wrong.
@@ -1094,4 +1094,41 @@ fn a_preconditioner_is_told_where_its_matrix_is_taken() {
     let mut method = RungeKutta::with_solver(MatrixFree, tableau, Iterative::new(Curious)).expect("fits");
     let error = method.step(3.125, 0.25, &mut [1.0, 2.0], &mut [0.0; 2]).expect_err("no preconditioner");
     assert!(matches!(error, StepError::Solve { source: SolveError::Singular, .. }), "{error}");
+}
+
+/// A decay of three unknowns with the structure and the mass given.
+struct Massed(Structure, Mass);
+
+impl FieldFn for Massed {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn structure(&self) -> Structure {
+        self.0.clone()
+    }
+    fn mass(&self) -> Mass {
+        self.1.clone()
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -*v);
+    }
+}
+
+#[test]
+fn a_mass_of_another_size_is_refused_in_every_structure() {
+    let sparse = Structure::sparse(3, (0..3).map(|i| (i, i))).expect("inside");
+    for structure in [Structure::Dense, Structure::Banded { lower: 0, upper: 0 }, sparse] {
+        let of = |mass: Mass| {
+            let field = || AutoField::new(Massed(structure.clone(), mass.clone()));
+            [
+                RungeKutta::new(field(), Tableau::implicit_euler()).is_ok(),
+                Bdf2::new(field()).is_ok(),
+                method_i(field()).is_ok(),
+            ]
+        };
+        assert_eq!(of(Mass::Diagonal(vec![1.0, 2.0, 3.0])), [true; 3], "{structure:?}");
+        assert_eq!(of(Mass::Diagonal(vec![1.0, 2.0])), [false; 3], "{structure:?}");
+        assert_eq!(of(Mass::Diagonal(vec![1.0, f64::NAN, 3.0])), [false; 3], "{structure:?}");
+        assert_eq!(of(Mass::Matrix(Jacobian::with_structure(2, &Structure::Dense))), [false; 3], "{structure:?}");
+    }
 }

@@ -7,8 +7,9 @@ use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
 use lsvi::solver::{Augmented, Iterative};
 use lsvi::{
-    Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, LeastSquaresStep, SolveError, State,
-    StepError, Structure, Trajectory, Variational, VectorField, Window, least_squares, method_i, method_ii,
+    AutoField, Factored, FieldFn, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, LeastSquaresStep,
+    OneStep, Scalar, SolveError, State, StepError, Structure, Trajectory, Variational, VectorField, Window,
+    least_squares, method_i, method_ii,
 };
 
 /// v̇ = −v − v³/10 with an entry of its Jacobian at a place where there is none.
@@ -127,5 +128,34 @@ fn the_gradient_of_a_least_squares_lagrangian_is_unknown_where_an_entry_is_missi
             of_v.map(|x| !x.is_nan())
         };
         assert_eq!([0.4, 0.5].map(is_known), [[true; 3], [false; 3]], "{structure:?}");
+    }
+}
+
+/// Eight unknowns in a chain, and a small part of the last in the row of the first.
+struct Far(f64);
+
+impl FieldFn for Far {
+    fn dim(&self) -> usize {
+        8
+    }
+    fn structure(&self) -> Structure {
+        Structure::Banded { lower: 1, upper: 1 }
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        for i in 0..8 {
+            dv[i] = v[i.saturating_sub(1)] - v[i] * 2.0 + v[(i + 1).min(7)];
+        }
+        dv[0] += v[7] * self.0;
+    }
+}
+
+#[test]
+fn a_derivative_that_is_a_small_part_of_its_row_is_refused_too() {
+    for part in [1e-2, 1e-4, 1e-6] {
+        let mut method = method_i(AutoField::new(Far(part))).expect("usable");
+        let found = method.step(0.0, 0.5, &mut [1.0; 8], &mut [0.0; 8]);
+        let Err(StepError::Solve { source: SolveError::OutsideStructure { row: 0, column: 7 }, .. }) = found else {
+            panic!("{part:e}: {found:?}")
+        };
     }
 }

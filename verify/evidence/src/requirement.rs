@@ -172,4 +172,22 @@ mod tests {
         }
         assert_eq!(serde_json::to_string(&Near(2.0, 0.05)).expect("numbers"), r#"{"near":[2.0,0.05]}"#);
     }
+
+    #[test]
+    fn a_change_matters_beside_the_bound_or_what_is_allowed_around_a_value() {
+        let cases = [(AtMost(-2.0), 2.0), (Above(0.5), 0.5), (Within(1.0, 5.0), 2.0), (Near(4.0, 0.05), 0.05)];
+        for (required, scale) in cases {
+            assert_eq!(required.scale(), scale, "{required}");
+        }
+    }
+
+    /// Without a feature of `serde_json` some come back as the next double.
+    #[test]
+    fn a_bound_is_read_to_the_last_bit() {
+        for k in 1..=1000 {
+            let required = Requirement::AtMost(1.88e-9 * f64::from(k).sqrt());
+            let text = serde_json::to_string(&required).expect("no error");
+            assert_eq!(serde_json::from_str::<Requirement>(&text).expect("the same"), required, "{text}");
+        }
+    }
 }

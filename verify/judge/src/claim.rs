@@ -260,6 +260,18 @@ mod tests {
     }
 
     #[test]
+    fn every_bound_can_be_meant_exactly() {
+        for (text, digits) in [("A(45.5)-stable", 1), ("stable on the imaginary axis to 2.83", 2)] {
+            let places = |property| match property {
+                Property::AlphaStable(bound) | Property::ImaginaryInterval(bound) => bound.places,
+                other => panic!("{other:?}"),
+            };
+            let property = || Claim::parse(text).expect(text).property;
+            assert_eq!([places(property()), places(property().exact())], [digits, usize::MAX], "{text}");
+        }
+    }
+
+    #[test]
     fn a_bound_is_positive_and_no_larger_than_makes_sense() {
         let is_claim = |text: &str| Claim::parse(text).is_ok();
         for text in ["A(0)-stable", "A(90)-stable", "stable on the imaginary axis to 2.8"] {

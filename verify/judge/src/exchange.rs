@@ -115,7 +115,9 @@ fn candidates(system: &dyn System, entries: &[(Place, &Coefficient)]) -> Vec<Can
 
 #[cfg(test)]
 mod tests {
-    use super::super::file::MethodFile;
+    use super::super::file::{Body, MethodFile};
+    use super::super::repair::Target;
+    use super::super::tableau_system::TableauSystem;
     use super::*;
 
     /// a₂₂ makes row 2 one of a diagonal, and the other zeros on and above that of a stay where they are.
@@ -151,6 +153,21 @@ mod tests {
         let (_, found) = exchanges(&[&*system]).expect("there is one");
         let [exchange] = &found[..] else { panic!("{found:?}") };
         assert_eq!(exchange.names, ["rho[1]", "rho[2]"]);
+    }
+
+    /// The classical method with its first weights exchanged.
+    #[test]
+    fn an_exchange_mends_the_conditions_of_the_highest_order_that_it_reaches() {
+        let text = "kind = 'runge-kutta'\na = [[0, 0, 0, 0], ['1/2', 0, 0, 0], [0, '1/2', 0, 0], [0, 0, 1, 0]]\n\
+                    b = ['1/3', '1/6', '1/3', '1/6']\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let Body::RungeKutta(tableau) = &file.body else { panic!("a tableau") };
+        let [four, two] = [4, 2].map(|order| TableauSystem::new(tableau, Target { order, embedded: None }));
+        let wrong = [&four, &two].map(|system| failing(system, &numbers(system)).len());
+        assert!(wrong[0] > wrong[1] && wrong[1] > 0, "{wrong:?}");
+        let (reached, found) = exchanges(&[&four, &two]).expect("there is one");
+        let named = found.iter().map(|it| (it.names.join(" ↔ "), it.mends)).collect::<Vec<_>>();
+        assert_eq!((reached, named), (0, vec![("b[1] ↔ b[2]".into(), wrong[0])]));
     }
 
     #[test]

@@ -161,13 +161,71 @@ pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cel
 mod tests {
     use super::*;
     use crate::Effort;
-    use crate::file::Shipped;
+    use crate::file::{MethodFile, Shipped};
+    use crate::measured::MeasuredOrder;
+    use experiments::measure::order::{self, Sample};
 
     #[test]
     fn a_region_lies_in_the_complex_plane() {
         let figure = region(4.0, |z| (1.0 + z).norm());
         let [panel] = &figure.panels[..] else { panic!("one panel") };
         assert_eq!([&panel.x.label, &panel.y.label], ["Re z", "Im z"]);
+        // Of explicit Euler −1 is stable and 2 is not.
+        let field = panel.field.as_ref().expect("a map");
+        let value = |x: f64| {
+            let nearest = |of: &[f64], x: f64| {
+                (0..of.len()).min_by(|i, j| (of[*i] - x).abs().total_cmp(&(of[*j] - x).abs())).expect("points")
+            };
+            field.values[nearest(&field.y, 0.0)][nearest(&field.x, x)]
+        };
+        assert!(value(-1.0) < field.levels[0] && value(2.0) > field.levels[0]);
+        assert_eq!(field.bands, ["|R(z)| ≤ 1", "|R(z)| > 1"]);
+    }
+
+    fn parsed(text: &str) -> MethodFile {
+        MethodFile::parse("m.toml", "m", text).expect("well-formed")
+    }
+
+    fn texts(rows: &[Vec<Cell>]) -> Vec<Vec<String>> {
+        rows.iter().map(|row| row.iter().map(ToString::to_string).collect()).collect()
+    }
+
+    /// Heun's method with Euler's beside it.
+    #[test]
+    fn a_table_of_coefficients_has_the_weights_of_both_methods() {
+        let file =
+            parsed("kind = 'runge-kutta'\na = [[0, 0], [1, 0]]\nb = ['1/2', '1/2']\nb_hat = [1, 0]\nc = [0, 1]\n");
+        let rows = texts(&file.body.table().rows);
+        assert_eq!(rows, [["0", "0", "0"], ["1", "1", "0"], ["b", "1/2", "1/2"], ["b̂", "1", "0"]]);
+    }
+
+    /// 0.333333 and 0.666668 add up to 1.000001, give or take half a unit of the last place each.
+    #[test]
+    fn a_condition_is_shown_with_what_its_digits_leave_open() {
+        let file = parsed("kind = 'runge-kutta'\na = [[0, 0], [1, 0]]\nb = [0.333333, 0.666668]\n");
+        let tables = Judgement::new(file, Effort::Theory).theory.tables();
+        let conditions = tables.iter().find(|table| table.id == "conditions").expect("conditions");
+        let [residual, uncertainty] = [3, 4].map(|column| conditions.rows[0][column].number().expect("a number"));
+        approx::assert_relative_eq!(residual, 1e-6, max_relative = 1e-9);
+        approx::assert_relative_eq!(uncertainty, 1e-6, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn a_run_is_shown_with_its_error_and_what_that_is_known_to() {
+        let file = Shipped::by_name("implicit-euler").expect("it comes along").read().expect("a method");
+        let samples: Vec<Sample> = (0..6).map(|k| 0.5_f64.powi(k)).map(|h| Sample::new(h, h, 1e-9 * h)).collect();
+        let result = Ok(order::fit_freely(&samples, 0.1));
+        let run =
+            MeasuredOrder { kind: "linear", problem: "linear-drag", from: "its conditions", expected: None, result };
+        let judgement = Judgement { measured: vec![run], ..Judgement::new(file, Effort::Theory) };
+        let numbers: Vec<Vec<f64>> = judgement
+            .orders_table()
+            .rows
+            .iter()
+            .map(|row| row[1..4].iter().map(|cell| cell.number().expect("a number")).collect())
+            .collect();
+        let expected: Vec<Vec<f64>> = (0..6).map(|k| 0.5_f64.powi(k)).map(|h| vec![h, h, 1e-9 * h]).collect();
+        assert_eq!(numbers, expected);
     }
 
     #[test]

@@ -382,6 +382,18 @@ mod tests {
     }
 
     #[test]
+    fn stages_are_counted_from_one() {
+        let told = |c: &str| {
+            let text = format!(
+                "kind = 'runge-kutta'\na = [[0, 0, 0], ['1/3', 0, 0], [0, '1/2', 0]]\nb = ['1/4', 0, '3/4']\nc = {c}\nclaims = ['order 3']\n"
+            );
+            let file = crate::file::MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+            Judgement::new(file, crate::Effort::Theory).diagnosis_text().expect("it is wrong")
+        };
+        assert!(told("[0, '1/5', '1/7']").contains("the row sums of stages 2, 3"), "{}", told("[0, '1/5', '1/7']"));
+    }
+
+    #[test]
     fn what_four_decimals_do_not_show_is_told_by_its_power_of_ten() {
         let cases = [
             (0.0, "0"),

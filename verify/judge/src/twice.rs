@@ -105,7 +105,9 @@ fn sums(system: &dyn System, entries: &Entries<'_>, group: &[usize]) -> BTreeMap
 
 #[cfg(test)]
 mod tests {
-    use super::super::file::MethodFile;
+    use super::super::file::{Body, MethodFile};
+    use super::super::repair::Target;
+    use super::super::tableau_system::TableauSystem;
     use super::*;
 
     fn groups_of(text: &str) -> Vec<Vec<String>> {
@@ -121,6 +123,19 @@ mod tests {
     fn a_misprint_is_looked_for_wherever_a_text_stands_but_in_zeros_and_times() {
         let text = "kind = 'nystrom'\na = [[0, 0], ['1/9', 0]]\nb_bar = ['1/4', '1/4']\nb = ['1/2', '1/2']\nc = ['1/2', '1/2']\n";
         assert_eq!(groups_of(text), [["b_bar[1]", "b_bar[2]"], ["b[1]", "b[2]"]]);
+    }
+
+    /// Shu and Osher's method with 1/5 for 1/4 at both places of its last row, and the sum of that.
+    #[test]
+    fn the_sum_of_a_row_follows_every_entry_that_is_changed() {
+        let text = "kind = 'runge-kutta'\na = [[0, 0, 0], [1, 0, 0], ['1/5', '1/5', 0]]\nb = ['1/6', '1/6', '2/3']\nc = [0, 1, '2/5']\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let Body::RungeKutta(tableau) = &file.body else { panic!("a tableau") };
+        let found = repairs(&TableauSystem::new(tableau, Target { order: 3, embedded: None }));
+        let named = |places: &[Place]| places.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
+        let told = |it: &Repair| (it.place.to_string(), named(&it.also), named(&it.follows), it.text.clone());
+        let expected = ["a[3,1]", "a[3,2]", "c[3]", "1/4"].map(String::from);
+        assert!(found.iter().map(told).any(|(a, b, c, d)| [a, b, c, d] == expected), "{found:?}");
     }
 
     #[test]

@@ -35,6 +35,19 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     }
     let found = context.get_each(settings.clone())?;
     let all: Vec<(Advised, Arc<Found>)> = settings.into_iter().zip(found).collect();
+    let mut notes = notes(&all, &slow)?;
+    notes.push(scope(all.iter().map(|(setting, _)| setting.problem)));
+    Ok(Evidence {
+        checks: all.iter().flat_map(|(setting, found)| checks(setting, found)).collect(),
+        figures: vec![figure(&all)],
+        tables: vec![table(&all)],
+        notes,
+        ..Evidence::default()
+    })
+}
+
+/// What the cases come to, beside the problems at which one accuracy is asked for.
+fn notes(all: &[(Advised, Arc<Found>)], slow: &[String]) -> Result<Vec<String>, StudyError> {
     let ratios = all.iter().filter_map(|(_, found)| ratio(found));
     let errors = all.iter().flat_map(|(_, found)| found.told.iter().map(|told| within(told, found.target)));
     let without = || all.iter().filter(|(_, found)| found.refusal.is_some());
@@ -51,15 +64,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         ("slow", slow.join(", ")),
         ("coarse", format!("{:e}", ACCURACIES[0])),
     ];
-    let mut notes = prose::fill(include_str!("advice.md"), &values)?;
-    notes.push(scope(all.iter().map(|(setting, _)| setting.problem)));
-    Ok(Evidence {
-        checks: all.iter().flat_map(|(setting, found)| checks(setting, found)).collect(),
-        figures: vec![figure(&all)],
-        tables: vec![table(&all)],
-        notes,
-        ..Evidence::default()
-    })
+    prose::fill(include_str!("advice.md"), &values)
 }
 
 /// The work of what is told, of a tie the dearer, over that of the cheapest; none where nothing is told.
@@ -222,6 +227,19 @@ mod tests {
             has_longer(&Found { told, refusal: None, target: 1e-3, cheapest, predictable: 2 })
         };
         assert_eq!(["rk4", "heun2"].map(has_longer), [true, false]);
+    }
+
+    #[test]
+    fn the_text_tells_the_largest_work_and_the_largest_error() {
+        let case = |work: f64, size: f64| {
+            let (told, cheapest) = (vec![told("rk4", work, size)], Some(("heun2".into(), 10.0)));
+            let found = Found { told, refusal: None, target: 1e-3, cheapest, predictable: 1 };
+            (Advised { problem: "logistic", accuracy: 1e-3 }, Arc::new(found))
+        };
+        let text = notes(&[case(15.0, 2e-4), case(10.0, 3e-4)], &["`robertson`".into()]).expect("filled").join(" ");
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.contains("takes 1.5 times the work") && text.contains("comes to 0.3 times what"), "{text}");
+        assert!(text.contains("Of 2 cases") && text.contains("is found in 1,"), "{text}");
     }
 
     #[test]

@@ -1092,6 +1092,15 @@ fn order_names_what_is_wrong_with_a_program() {
                 printf "%.17g,%.17g\n", t + 0.25 * h, v
                 exit
             }
+            # An error of order four whose growth ends with the run, but for a last step of order four, or of order three.
+            if (kind == "four" || kind == "three") {
+                N = int(T / h + 0.5)
+                for (n = 1; n <= N; n++) {
+                    t = n * T / N; last = t > T - h / 2 ? h ^ (kind == "four" ? 5 : 4) : 0
+                    printf "%.17g,%.17g\n", t, 0.1 * exp(t) / (0.9 + 0.1 * exp(t)) + 0.1 * (h ^ 4 * (1 - (T - t) ^ 2 / T ^ 2) + last)
+                }
+                exit
+            }
             if (kind == "cut") {
                 while (t < T - 1e-9) {
                     d = h < T - t ? h : T - t
@@ -1117,7 +1126,11 @@ fn order_names_what_is_wrong_with_a_program() {
     }
     let order = |kind: &str| {
         let program = format!("awk -v kind={kind} -f {} --", script.display());
-        let expected = if kind == "kept" { "2" } else { "3" };
+        let expected = match kind {
+            "kept" => "2",
+            "three" | "four" => "4",
+            _ => "3",
+        };
         let output = verify(&["order", "--problem", "logistic", "--program", &program, "--expect", expected]);
         (output.status.code().expect("no signal"), stdout(&output).replace("\n      ", " "))
     };
@@ -1145,6 +1158,11 @@ fn order_names_what_is_wrong_with_a_program() {
     assert!(code == 0 && !out.contains("starting procedure"), "{out}");
     let (_, out) = order("late");
     assert!(out.contains("it ended at t ="), "{out}");
+    // A step of order four lowers no order four.
+    for (kind, is_lower) in [("four", false), ("three", true)] {
+        let (_, out) = order(kind);
+        assert_eq!(out.contains("taken by a method of lower order"), is_lower, "{kind}: {out}");
+    }
 }
 
 /// 17 · 2^k steps fill the rows of a screen, and the end of the run is the last of them.

@@ -360,3 +360,22 @@ impl Experiment for SingularlyDamped {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_system_that_is_lengthened_most_has_the_numbers_of_its_own_steps() {
+        let [method_i, rule] = ["method-i", "trapezoidal"].map(|name| method::parse(name).expect("known"));
+        for found in Dissipative.measure(&Context::silent()).expect("linear") {
+            let of = |a: &DMatrix<f64>| {
+                let [step, by_rule] = [&method_i, &rule].map(|method| propagator(&**method, a).expect("linear"));
+                [numerical_abscissa(a), spectral_radius(&step), spectral_norm(&step), spectral_norm(&by_rule)]
+            };
+            let all: Vec<[f64; 4]> = dissipative(found.order, TRIED).iter().map(of).collect();
+            let most = all.iter().max_by(|one, other| one[2].total_cmp(&other[2])).expect("some were tried");
+            assert_eq!(found.most_lengthened, *most, "order {}", found.order);
+        }
+    }
+}

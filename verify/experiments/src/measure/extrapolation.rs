@@ -52,6 +52,17 @@ mod tests {
         assert!((found.value - 2.0).abs() <= found.bound && found.bound < 1e-12, "{found:?}");
     }
 
+    /// 1, 1/2, 1/3 and so on.
+    #[test]
+    fn steps_need_no_common_ratio() {
+        let at = |k: i32| {
+            let h = f64::from(k).recip();
+            (h, Bounded { value: 2.0 - h.powi(2) + 0.5 * h.powi(4), bound: 1e-15 })
+        };
+        let found = even_limit(&(1..=6).map(at).collect::<Vec<_>>());
+        assert!((found.value - 2.0).abs() <= found.bound && found.bound < 1e-12, "{found:?}");
+    }
+
     #[test]
     fn the_bound_covers_what_is_left_and_what_rounding_does() {
         let found = limit(|h| h.cosh(), 1e-15, 12);

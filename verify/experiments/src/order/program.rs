@@ -365,8 +365,10 @@ impl Study<'_> {
             Some((line.slope, found.kept.last()?.result.as_ref().ok()?.error))
         };
         let ((last, error), (before, other)) = (gain(0)?, gain(1)?);
+        // A step of order p has a local error of order p + 1: it lowers no order up to p.
+        let lowers = self.ladder.expected.is_none_or(|order| last < order + 1.0 - self.band());
         // Orders of steps of one method differ too, where the motion changes; their errors do not by much.
-        (last < before - 0.5 && error > 2.0 * other).then(|| {
+        (lowers && last < before - 0.5 && error > 2.0 * other).then(|| {
             // Of a consistent method the error of a step is of second order at least.
             let why = if last < 1.5 {
                 "it is longer or shorter than the time that it ends at says, or not consistent"

@@ -35,4 +35,12 @@ mod tests {
         assert_eq!(found[0], 16.0 * f64::EPSILON);
         assert!((found[1] / (24e-9 * f64::EPSILON) - 1.0).abs() < 0.1, "{found:?}");
     }
+
+    /// Of any three components two go the same way in one choice.
+    #[test]
+    fn what_one_choice_leaves_cancelled_another_shows() {
+        for [i, j] in [[0, 1], [0, 2], [1, 2]] {
+            assert_eq!(rounding(|v, f| f[0] = v[i] - v[j], &[1.0; 3], 1), [16.0 * f64::EPSILON], "{i} {j}");
+        }
+    }
 }

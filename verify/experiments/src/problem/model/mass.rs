@@ -178,6 +178,15 @@ mod tests {
         assert!((f[0] - 1.1).abs() < 1e-15 && (f[1] + 1.5).abs() < 1e-15, "{f:?}");
     }
 
+    /// Its pivots are 3·10⁵ and 2·10⁻²⁰.
+    #[test]
+    fn rows_of_a_mass_matrix_have_units_of_their_own() {
+        let mass = "1e-20 * dxdt + 2e-20 * dydt, 3e5 * dxdt + 1e5 * dydt";
+        let f = seen(&format!("{STATE} M_i {{ {mass} }} F_i {{ 1e-20 * x, 1e5 * y }}"), &[5.0, 10.0]).0;
+        // ẋ + 2ẏ = 5 and 3ẋ + ẏ = 10.
+        assert!((f[0] - 3.0).abs() < 1e-14 && (f[1] - 1.0).abs() < 1e-14, "{f:?}");
+    }
+
     #[test]
     fn a_mass_without_rates_is_refused() {
         let error = load("u_i { x = 1 } M_i { 2 } F_i { -x }").err();

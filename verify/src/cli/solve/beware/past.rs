@@ -107,12 +107,15 @@ mod tests {
     #[test]
     fn a_run_has_its_ends_its_steps_and_its_scales() {
         let rows = [(0.0, [3.0, -1.0]), (0.5, [-4.0, -1.5]), (1.0, [2.0, 1.0]), (1.5, [2.5, -1.0])];
-        let past = Past::of(&rows, Some(0.1));
+        let mut past = Past::of(&rows, Some(0.1));
         assert_eq!(past.ends(), (&[3.0, -1.0][..], &[2.5, -1.0][..]));
         assert_eq!(past.second, Some((0.5, vec![-4.0, -1.5])));
         assert_eq!([&past.earlier, &past.before, &past.last].map(|place| place.0), [0.5, 1.0, 1.5]);
-        assert_eq!((past.largest, past.sizes, past.moved), (4.0, vec![4.0, 1.5], vec![7.0, 2.0]));
+        assert_eq!((past.largest, &past.sizes, &past.moved), (4.0, &vec![4.0, 1.5], &vec![7.0, 2.0]));
         assert_eq!(past.estimate, Some(0.1));
+        // A row without an estimate has not that of the one before.
+        past.add(&Row { t: 2.0, state: &[2.0, -1.0], estimate: None, has_ended: false });
+        assert_eq!(past.estimate, None);
     }
 
     #[test]
