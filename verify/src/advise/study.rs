@@ -2,7 +2,7 @@
 
 use lsvi::Structure;
 
-use super::{Refusal, Trial, advise_beside};
+use super::{Advice, Refusal, Trial, advise_beside};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::kinds::Principle;
 use crate::measure::norm::{Extremes, common_distance, larger, max_norm};
@@ -91,10 +91,7 @@ impl Experiment for Advised {
         };
         let told =
             advice.predictable().take(count).map(|trial| Told::of(&*problem, trial)).collect::<Result<_, _>>()?;
-        let all = || advice.trials.iter().chain(&advice.rivals);
-        let cheapest = all().min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let cheapest = cheapest.map(|trial| (trial.method.clone(), trial.cost));
-        let predictable = all().filter(|trial| trial.unpredictable(advice.uncertainty).is_none()).count();
+        let (cheapest, predictable) = of_all(&advice);
         context.tick();
         Ok(Found { told, cheapest, predictable, target: advice.target, refusal: advice.refusal })
     }
@@ -139,8 +136,17 @@ impl Error {
     }
 }
 
+/// The cheapest of all runs that reach the accuracy, with its work, and how many of them have errors of their order.
+fn of_all(advice: &Advice) -> (Option<(String, f64)>, usize) {
+    let all = || advice.trials.iter().chain(&advice.rivals);
+    let cheapest = all().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let predictable = all().filter(|trial| trial.unpredictable(advice.uncertainty).is_none()).count();
+    (cheapest.map(|trial| (trial.method.clone(), trial.cost)), predictable)
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::{Character, Falls};
     use super::*;
     use crate::problem::model::Model;
 
@@ -182,6 +188,27 @@ mod tests {
                 assert!(told.work <= 2.0 * least, "{setting:?}: {told:?}, where {:?}", found.cheapest);
             }
         }
+    }
+
+    #[test]
+    fn runs_of_methods_that_are_no_candidates_count() {
+        let trial = |method: &str, cost: f64, finer: f64| Trial {
+            method: method.into(),
+            setting: 0.1,
+            atol: None,
+            longest: None,
+            is_strict: false,
+            steps: 10,
+            error: 1e-4,
+            times: Vec::new(),
+            cost,
+            falls: Some(Falls { errors: [1e-4, finer], nominal: 2 }),
+        };
+        // Its errors fall by order 0.5, those of the rival by order 2.
+        let (trials, rivals) = (vec![trial("rk4", 10.0, 0.7e-4)], vec![trial("heun2", 9.0, 0.25e-4)]);
+        let character = Character::unseen(&*problem::small("logistic").expect("registered"));
+        let advice = Advice { character, trials, rivals, uncertainty: 0.0, target: 1e-3, refusal: None };
+        assert_eq!(of_all(&advice), (Some(("heun2".into(), 9.0)), 1));
     }
 
     /// Methods that are no candidates are looked at, and of those none that takes more work than what is told.

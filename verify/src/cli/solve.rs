@@ -66,12 +66,13 @@ bdf2, whose first step another method takes, a small one. A third run, with
 twice the step, tells at the end whether errors fall by the order that the
 estimate takes them to; where they do not, or where f is not linear and it would
 have errors as large as the solution, and nothing else is wrong, a note says
-that it is coarse. Both runs take five sevenths of the time; with --no-estimate
-there is none. The estimate is empty where both tolerances lead to the same
-steps. After the rows, what is lost of energy, angular momentum or enstrophy,
-for problems that have them, and for flows |f|, the largest component of f,
-which is near 0 where the end is a steady state, and the linear systems that the
-steps took.
+that it is coarse. Where f has kinks three runs may fall so by chance, and the
+estimate be off by more without a note. Both runs take five sevenths of the
+time; with --no-estimate there is none. The estimate is empty where both
+tolerances lead to the same steps. After the rows, what is lost of energy,
+angular momentum or enstrophy, for problems that have them, and for flows |f|,
+the largest component of f, which is near 0 where the end is a steady state, and
+the linear systems that the steps took.
 
 A run of more than a second shows its progress on a terminal.
 
