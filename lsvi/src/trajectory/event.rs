@@ -52,8 +52,6 @@ const CORRECTIONS: u32 = 8;
 const ROUNDINGS: f64 = 64.0;
 /// Halvings of the step at which the nearest places are looked at for a change of sign.
 const NEAREST: i32 = 6;
-/// Shorter steps between two signs of g: bisection alone, every third time, leaves roundings of the step.
-const NARROWINGS: u32 = 180;
 
 /// How many times larger than around it g is beside a pole, and how many times smaller beside a zero.
 const POLE: f64 = 1e3;
@@ -311,18 +309,15 @@ impl<I: Integrator> Trajectory<I> {
             near = (next, there);
         }
         let Some(mut far) = far else { return Ok(false) };
-        for round in 1..=NARROWINGS {
+        // Bisection to a rounding of the end of the step.
+        let rounding = f64::EPSILON * from.abs().max(to.abs());
+        while (far.0 - near.0).abs() > rounding {
             let middle = near.0 + 0.5 * (far.0 - near.0);
-            let secant = near.0 - near.1 * (far.0 - near.0) / (far.1 - near.1);
-            let is_between = (secant - near.0) * (secant - far.0) < 0.0;
-            let next = if is_between && round % 3 > 0 { secant } else { middle };
-            let correction = (secant - near.0).abs().min((secant - far.0).abs());
-            let is_found = far.1 == 0.0 || correction <= 2.0 * f64::EPSILON * secant.abs();
-            if next == near.0 || next == far.0 || is_found {
+            if middle == near.0 || middle == far.0 {
                 break;
             }
-            let Some(there) = self.shorter_step(next, g)? else { return Ok(false) };
-            *(if (there * sign > 0.0) == is_before { &mut near } else { &mut far }) = (next, there);
+            let Some(there) = self.shorter_step(middle, g)? else { return Ok(false) };
+            *(if (there * sign > 0.0) == is_before { &mut near } else { &mut far }) = (middle, there);
         }
         let best = if near.1.abs() < far.1.abs() { near.0 } else { far.0 };
         Ok(self.is_beyond(lower, best) && self.shorter_step(best, g)?.is_some())

@@ -183,7 +183,7 @@ fn energies(context: &Context) -> Result<Finding, StudyError> {
         .beside("largest energy error, (16)", largest(1), of(0, true).into_iter().largest())
         .beside("largest energy error, (17)", largest(3), of(1, false).into_iter().largest())
         .because(format!(
-            "The table computes the two energies from different velocities, and its order is theirs. A forward difference is half a step late, \
+            "The table computes the two energies from different velocities, which decide which scheme is ahead in it. A forward difference is half a step late, \
              an error of first order in τ that has nothing to do with the scheme. With forward differences for both, (16) has the smaller error at \
              {} of the {} times; with the momenta of both from x₀ = p₀ = 1, at {}: with its own momentum the midpoint rule conserves every \
              quadratic invariant, the energy of the oscillator among them, to rounding; (16) does not.",
