@@ -474,7 +474,7 @@ fn no_event_is_told_twice_in_steps_of_more_than_a_turn() {
             let mut run = Trajectory::new(method, start, h, 60.0).expect("usable");
             let (mut before, mut events) = (0.0, 0);
             while let Some(event) = run.until(|_, q| q[0] * q[1] - 0.01, crossing).expect("solvable") {
-                // The nearest ones here are 0.5 apart.
+                // The nearest ones here are more than 0.5 apart.
                 assert!(event.t > before + 1e-3, "h = {h}, {crossing:?}: {} after {before}", event.t);
                 (before, events) = (event.t, events + 1);
             }

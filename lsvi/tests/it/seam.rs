@@ -387,8 +387,10 @@ fn steps_are_solved_whatever_the_preconditioner_weighs() {
                 let (t, mut exact) = (h * f64::from(k), v.clone());
                 by_factors.step(t, h, &mut exact, &mut [0.0; 20]).expect("solvable");
                 by_products.step(t, h, &mut v, &mut [0.0; 20]).expect("solvable");
-                // The tolerance of an iterative solver, 10⁻¹⁰ of the largest component, as each equation tells it of its own one: with the others ten times as much.
-                v.iter().zip(&exact).for_each(|(a, b)| assert_abs_diff_eq!(*a, *b, epsilon = 1e-9));
+                // Each equation leaves of its own unknown 10⁻¹⁰ of the largest, the tolerance of an iterative solver: with the others up to
+                // |H⁻¹ diag H| times as much, 12.2 at most of 200 random states in this range.
+                assert!(exact.iter().all(|v| v.abs() <= 1.5), "t = {t}: {exact:?}");
+                v.iter().zip(&exact).for_each(|(a, b)| assert_abs_diff_eq!(*a, *b, epsilon = 12.2 * 1.5e-10));
             }
         }
     }

@@ -146,7 +146,8 @@ fn of_all(advice: &Advice) -> (Option<(String, f64)>, usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Character, Falls};
+    use super::super::Character;
+    use super::super::tests::trial;
     use super::*;
     use crate::problem::model::Model;
 
@@ -192,23 +193,12 @@ mod tests {
 
     #[test]
     fn runs_of_methods_that_are_no_candidates_count() {
-        let trial = |method: &str, cost: f64, finer: f64| Trial {
-            method: method.into(),
-            setting: 0.1,
-            atol: None,
-            longest: None,
-            is_strict: false,
-            steps: 10,
-            error: 1e-4,
-            times: Vec::new(),
-            cost,
-            falls: Some(Falls { errors: [1e-4, finer], nominal: 2 }),
-        };
-        // Its errors fall by order 0.5, those of the rival by order 2.
-        let (trials, rivals) = (vec![trial("rk4", 10.0, 0.7e-4)], vec![trial("heun2", 9.0, 0.25e-4)]);
+        // The errors of one fall by order 0.5, those of the rival by order 4, its own.
+        let trials = vec![trial("rk4", 10.0, [1e-4, 0.7e-4])];
+        let rivals = vec![trial("kutta", 9.0, [1e-4, 1e-4 / 16.0])];
         let character = Character::unseen(&*problem::small("logistic").expect("registered"));
         let advice = Advice { character, trials, rivals, uncertainty: 0.0, target: 1e-3, refusal: None };
-        assert_eq!(of_all(&advice), (Some(("heun2".into(), 9.0)), 1));
+        assert_eq!(of_all(&advice), (Some(("kutta".into(), 9.0)), 1));
     }
 
     /// Methods that are no candidates are looked at, and of those none that takes more work than what is told.

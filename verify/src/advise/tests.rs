@@ -398,7 +398,7 @@ fn a_run_that_takes_too_much_work_is_broken_off() {
 }
 
 /// Of a method of order 4, with its errors with so many steps and with twice as many.
-fn trial(method: &str, cost: f64, errors: [f64; 2]) -> Trial {
+pub(super) fn trial(method: &str, cost: f64, errors: [f64; 2]) -> Trial {
     Trial {
         method: method.into(),
         setting: 0.1,
