@@ -2,6 +2,7 @@
 
 mod tangent;
 
+use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
 use nalgebra::DMatrix;
@@ -41,20 +42,24 @@ pub struct Constrained<D, K> {
     scratch: Scratch,
 }
 
-/// The constraints times a power of two.
+/// The constraints times a power of two each.
 ///
-/// A multiplier is of the size of a displacement if G is of that of M = ∂²L/∂v²: then unknowns and equations have one size each, whatever
-/// the units of f and of L.
+/// A multiplier is of the size of a displacement if its row of G is of that of M = ∂²L/∂v²: then unknowns and equations have one size each,
+/// whatever the units of f and of L.
 #[derive(Debug)]
 struct Scaled<K> {
     constraint: K,
-    /// None before the first step.
-    scale: Option<f64>,
+    /// 1 before the first step.
+    scales: Vec<f64>,
+    is_set: bool,
+    /// Multipliers of the constraints themselves.
+    multipliers: RefCell<Vec<f64>>,
 }
 
-impl<K> Scaled<K> {
-    fn scale(&self) -> f64 {
-        self.scale.unwrap_or(1.0)
+impl<K: Constraint> Scaled<K> {
+    fn new(constraint: K) -> Self {
+        let m = constraint.count();
+        Self { constraint, scales: vec![1.0; m], is_set: false, multipliers: RefCell::new(vec![0.0; m]) }
     }
 }
 
@@ -69,16 +74,18 @@ impl<K: Constraint> Constraint for Scaled<K> {
 
     fn value(&self, q: &[f64], out: &mut [f64]) {
         self.constraint.value(q, out);
-        out.iter_mut().for_each(|f| *f *= self.scale());
+        out.iter_mut().zip(&self.scales).for_each(|(f, s)| *f *= s);
     }
 
     fn jacobian(&self, q: &[f64], out: &mut DMatrix<f64>) {
         self.constraint.jacobian(q, out);
-        *out *= self.scale();
+        out.row_iter_mut().zip(&self.scales).for_each(|(mut row, s)| row *= *s);
     }
 
     fn add_curvature(&self, q: &[f64], multipliers: &[f64], scale: f64, out: &mut Jacobian) {
-        self.constraint.add_curvature(q, multipliers, scale * self.scale(), out);
+        let mut own = self.multipliers.borrow_mut();
+        own.iter_mut().zip(multipliers.iter().zip(&self.scales)).for_each(|(own, (l, s))| *own = l * s);
+        self.constraint.add_curvature(q, &own, scale, out);
     }
 }
 
@@ -135,7 +142,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         };
         Ok(Self {
             discrete,
-            constraint: Scaled { constraint, scale: None },
+            constraint: Scaled::new(constraint),
             newton: Newton::new(unknowns),
             unknowns: vec![0.0; unknowns],
             projector: Projector { newton: Newton::new(n + m), p: vec![0.0; n], velocity: vec![0.0; n + m] },
@@ -158,16 +165,16 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         self.projector.start(p);
-        self.set_scale(t, q);
+        self.set_scales(t, q);
         let lagrangian = self.discrete.mechanics();
         self.projector.project(lagrangian, &self.constraint, &mut self.scratch, (t, 0.0), q)?;
         p.copy_from_slice(&self.projector.p);
         Ok(())
     }
 
-    /// Fits the size of G to that of M, once.
-    fn set_scale(&mut self, t: f64, q: &[f64]) {
-        if self.constraint.scale.is_some() {
+    /// Fits the size of each row of G to that of M, once.
+    fn set_scales(&mut self, t: f64, q: &[f64]) {
+        if std::mem::replace(&mut self.constraint.is_set, true) {
             return;
         }
         let Scratch { gradient, block, position, .. } = &mut self.scratch;
@@ -178,8 +185,10 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         self.discrete.mechanics().add_hessian(t, q, position, mass, block);
         let mut largest = 0.0_f64;
         block.for_each(|_, _, m| largest = largest.max(m.abs()));
-        let scale = (largest / gradient.amax()).log2().round().exp2();
-        self.constraint.scale = Some(if scale.is_normal() { scale } else { 1.0 });
+        for (scale, row) in self.constraint.scales.iter_mut().zip(gradient.row_iter()) {
+            let fitted = (largest / row.amax()).log2().round().exp2();
+            *scale = if fitted.is_normal() { fitted } else { 1.0 };
+        }
     }
 
     /// The distance within which the k-th constraint is like its tangent, |∇f| / |∇²f|.
@@ -209,7 +218,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         self.constraint.value(q, &mut scratch.reaction[..self.constraint.count()]);
         for index in 0..self.constraint.count() {
             let scaled = self.scratch.reaction[index];
-            let value = scaled / self.constraint.scale();
+            let value = scaled / self.constraint.scales[index];
             if !value.is_finite() {
                 return Err(
                     InputError::System(SystemError::NonFinite { what: "the constraint f", index, value }).into()
@@ -509,7 +518,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         self.projector.start(p);
-        self.set_scale(t, q);
+        self.set_scales(t, q);
         self.check_consistency(t, h, q)?;
         let at = Interval { start: t, h };
         let path = self.discrete.interior() + n;

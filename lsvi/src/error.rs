@@ -59,8 +59,8 @@ pub enum SolveError {
         reached: f64,
     },
     /// Newton's iteration did not converge: the step is too long, a derivative is wrong
-    /// ([`check_derivatives`](crate::check_derivatives)), least squares weigh components in unlike units, or the equations are differential and
-    /// algebraic ones of an index above one.
+    /// ([`check_derivatives`](crate::check_derivatives)), least squares weigh components in unlike units, the equations are differential and
+    /// algebraic ones of an index above one, or constraints have no independent gradients close by.
     #[error("Newton's iteration did not converge: last increment {increment:.1e} after {}", counted(*iterations))]
     Diverged {
         /// Iterations spent.

@@ -26,8 +26,10 @@
 mod continuation;
 mod kept;
 mod limit;
+mod rounding;
 #[cfg(test)]
 mod tests;
+mod trace;
 mod units;
 
 use std::ops::Add;
@@ -35,6 +37,7 @@ use std::ops::Add;
 use auto_impl::auto_impl;
 use kept::Kept;
 use limit::Limit;
+pub(crate) use rounding::{Rounding, SAMPLES};
 use units::Balanced;
 pub(crate) use units::are_unlike;
 
@@ -139,7 +142,7 @@ impl Add for Work {
     }
 }
 
-/// Work space and counters of the iteration; nothing is allocated after `new`.
+/// Work space and counters of the iteration; nothing is allocated after `new` but what increments that do not vanish take once.
 #[derive(Debug)]
 pub(crate) struct Newton {
     jacobian: Jacobian,
@@ -170,6 +173,9 @@ pub(crate) struct Newton {
     affine_from: Vec<f64>,
     kept: Option<Box<Kept>>,
     balanced: Option<Box<Balanced>>,
+    rounding: Rounding,
+    /// Three points of a branch that is followed back.
+    traced: [Vec<f64>; 3],
     pub(crate) work: Work,
 }
 
@@ -199,6 +205,8 @@ impl Newton {
             affine_from: zeros.clone(),
             kept: None,
             balanced: None,
+            rounding: Rounding::default(),
+            traced: Default::default(),
             jacobian,
             increment: zeros.clone(),
             guess: zeros.clone(),
@@ -283,7 +291,7 @@ impl Newton {
         let (mut noise, rounds) = if found.is_ok() { (0.0, ROUNDS) } else { (f64::NAN, 0) };
         for round in 0..rounds {
             for (i, (x, origin)) in self.point.iter_mut().zip(&origin).enumerate() {
-                *x = origin * (1.0 + f64::EPSILON * f64::from((7 * i as u32 + 5 * round) % 9) - 4.0 * f64::EPSILON);
+                *x = origin * (1.0 + roundings(i, round));
             }
             system.residual(h, &self.point, &mut self.part);
             self.work.residuals += 1;
@@ -452,7 +460,14 @@ impl Newton {
             // A piece of a continuation may be short because two branches cross there.
             let may_cross = iterations == 2 && first < CONTRACTION;
             let is_small = last <= f64::EPSILON.sqrt() * size && !may_cross;
-            if converged || (is_small && theta >= 1.0) {
+            let is_at_rounding = is_small && theta >= 1.0;
+            if is_at_rounding && !converged {
+                self.work.residuals += SAMPLES;
+                if !self.rounding.explains(&mut |x, out| system.residual(h, x, out), x, &self.increment, last) {
+                    return Err(SolveError::Diverged { iterations, increment: delta });
+                }
+            }
+            if converged || is_at_rounding {
                 let only = iterations == 1 || (iterations == 2 && theta <= f64::EPSILON.sqrt());
                 if !only && (turned || self.is_turned()) {
                     return Err(SolveError::OtherBranch);
@@ -467,6 +482,11 @@ impl Newton {
         }
         Err(SolveError::Diverged { iterations: ITERATIONS, increment: last })
     }
+}
+
+/// From −4 to 4 roundings, others for each component in each round.
+fn roundings(component: usize, round: u32) -> f64 {
+    f64::EPSILON * (f64::from((7 * component as u32 + 5 * round) % 9) - 4.0)
 }
 
 /// Whether `b` times `factor` is `a` to within [`CLOSE`], or to within rounding.

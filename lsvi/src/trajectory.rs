@@ -243,8 +243,9 @@ impl<I: Integrator> Trajectory<I> {
     ///
     /// # What a tolerance holds
     /// The adaptive method holds its tolerance at the ends of its steps, where it is of order 2s − 1; between them its dense
-    /// output is of order s + 1 and loses digits, the more the tighter the tolerance is. Where they matter let steps end at the
-    /// times, by [`stop_at`](crate::adaptive::Radau::stop_at):
+    /// output is of order s + 1 and loses digits, the more the tighter the tolerance is, and in the long steps of a stiff problem all of
+    /// them: v that follows a slow motion is right at the ends of steps which a polynomial does not follow. Where they matter let steps end at the
+    /// times, or be no longer than the motion allows ([`h_max`](crate::adaptive::Options::h_max)), by [`stop_at`](crate::adaptive::Radau::stop_at):
     ///
     /// ```
     /// use lsvi::{State, Trajectory, adaptive::{Radau, Tolerances}, field};

@@ -368,6 +368,9 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         if self.closure.linear().is_none_or(|closure| closure.carried() != 0.0) {
             equations.discrete.predict(at, q, p, &mut self.unknowns)?;
         }
+        if self.closure.linear().is_none() {
+            return newton.solve_traced(&mut equations, h, &mut self.unknowns);
+        }
         newton.solve(&mut equations, h, &mut self.unknowns)?;
         newton.keep(&mut equations, h, &self.unknowns);
         Ok(())

@@ -69,8 +69,9 @@ pub trait VectorField {
 
     /// Adds `scale` · Σ_i w_i ∂²f_i/∂v_j∂v_k to `out` (j, k); nothing where f is linear in v.
     ///
-    /// Unless it is overridden, from differences of Jacobians: accurate to √ε, which Newton's iteration hardly notices, at the
-    /// cost of n + 1 Jacobians and some allocation. To add nothing where f is not linear makes the iteration that of Gauss
+    /// Unless it is overridden, from differences of Jacobians over √ε max(|v_k|, ‖v‖/1000): accurate to √ε, which Newton's iteration hardly
+    /// notices, where J is smooth on that scale, and wrong where a component far below the others is in units of its own. They cost n + 1
+    /// Jacobians and some allocation. To add nothing where f is not linear makes the iteration that of Gauss
     /// and Newton, which converges slowly or not at all.
     fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
         if !self.is_linear() {

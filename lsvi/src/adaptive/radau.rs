@@ -394,7 +394,8 @@ impl<F: VectorField> Integrator for Radau<F> {
         self.check_start(t, span, &state.q)?;
         let longest = self.options.h_max.min(grid.h());
         let shortest = self.options.h_min.min(longest);
-        let first = self.next_h.or(self.options.h0);
+        // A first step of the user's may be shorter than times resolve.
+        let first = self.next_h.or(self.options.h0.map(|h| h.max(2.0 * resolved(t))));
         let first = first.unwrap_or_else(|| self.first_step(t, &state.q, span));
         let mut wanted = first.max(shortest).min(longest);
         let mut is_finite = true;
@@ -402,7 +403,7 @@ impl<F: VectorField> Integrator for Radau<F> {
             // The last two steps before a stop are made equal, so that none is a sliver.
             let (h, stops) = match span / wanted {
                 steps if steps <= 1.0 + 1e-9 => (span, true),
-                steps if steps < 2.0 => (0.5 * span, false),
+                steps if steps < 2.0 && 0.5 * span >= shortest => (0.5 * span, false),
                 _ => (wanted, false),
             };
             let is_cut = h < wanted;

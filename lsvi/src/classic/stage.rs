@@ -6,7 +6,7 @@ use crate::inexact::{InexactNewton, InexactSystem};
 use crate::linalg::{Jacobian, Structure};
 use crate::mass::Mass;
 use crate::newton::{Newton, System, Work};
-use crate::operator::StepOperator;
+use crate::operator::{Operator, StepOperator};
 use crate::solver::{StepSolver, assembled_structure};
 use crate::vector_field::VectorField;
 
@@ -42,8 +42,8 @@ impl Stages {
         match self {
             Self::Factored(stages) => stages.solve(stage, h, x),
             Self::Solved(stages) => {
-                let StageSolver { newton, solver, b } = &mut **stages;
-                newton.solve(&mut Solved { stage, solver: &mut **solver, b }, h, x)
+                let StageSolver { newton, solver, b, work } = &mut **stages;
+                newton.solve(&mut Solved { stage, solver: &mut **solver, b, work }, h, x)
             }
         }
     }
@@ -76,6 +76,7 @@ pub(super) struct StageSolver {
     solver: Box<dyn StepSolver>,
     /// B, unless the field is matrix-free.
     b: Option<Jacobian>,
+    work: [Vec<f64>; 2],
 }
 
 impl StageSolver {
@@ -86,6 +87,7 @@ impl StageSolver {
             newton: InexactNewton::new(n),
             solver: Box::new(solver),
             b: (structure != Structure::MatrixFree).then(|| Jacobian::with_structure(n, &structure)),
+            work: [vec![0.0; n], vec![0.0; n]],
         })
     }
 }
@@ -94,6 +96,7 @@ struct Solved<'a> {
     stage: &'a mut dyn InexactStage,
     solver: &'a mut dyn StepSolver,
     b: &'a mut Option<Jacobian>,
+    work: &'a mut [Vec<f64>; 2],
 }
 
 impl InexactSystem for Solved<'_> {
@@ -111,6 +114,17 @@ impl InexactSystem for Solved<'_> {
         let b = StepOperator::new(field, mass, (t, x), s, self.b.as_ref());
         self.solver.prepare(&b)?;
         self.solver.solve_stage(&b, residual, tolerance)
+    }
+
+    /// By the largest entry of each row: no unknown need have an equation of its own where M is singular.
+    fn is_solved_to(&mut self, error: f64, _at: (f64, &[f64]), y: &[f64], residual: &[f64]) -> bool {
+        let Some(b) = self.b else { return true };
+        let [image, largest] = self.work;
+        b.multiply(y, image);
+        largest.fill(0.0);
+        b.for_each(|i, _, x| largest[i] = largest[i].max(x.abs()));
+        let left = image.iter().zip(residual).map(|(by, f)| (by - f).abs());
+        left.zip(&*largest).all(|(left, largest)| left <= largest * error)
     }
 
     fn tolerance(&self) -> f64 {

@@ -20,8 +20,8 @@ use crate::discrete::MomentumWeights;
 ///
 /// For h → 0 a step solves F(p, p) = 0, which determines no branch where F is not linear: it may have several roots, or a
 /// singular derivative. The step then takes the root to which Newton's iteration contracts from the momentum that the state
-/// carries, in pieces of h if need be. Unlike for a [`LinearClosure`] it is not certified that this root is continuous in h
-/// from there: compare with smaller steps.
+/// carries, in pieces of h if need be, and follows it back to h → 0, which costs a few solutions more: a root from which no branch without a fold
+/// leads to the start of the step is refused.
 ///
 /// ```
 /// use lsvi::closure::Closure;

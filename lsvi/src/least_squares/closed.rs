@@ -7,7 +7,7 @@ use crate::error::SolveError;
 use crate::inexact::{InexactNewton, InexactSystem};
 use crate::linalg::{Jacobian, Structure};
 use crate::newton::Work;
-use crate::operator::Operator;
+use crate::operator::{Operator, StepOperator};
 use crate::solver::StepSolver;
 use crate::vector_field::VectorField;
 
@@ -20,6 +20,7 @@ pub(super) struct ClosedStep {
     solver: Box<dyn StepSolver>,
     matrices: Option<Matrices>,
     work: Scratch,
+    left: Vec<f64>,
 }
 
 /// What there is to multiply with of a field that assembles its derivatives.
@@ -49,6 +50,7 @@ struct Equation<'a> {
     solver: &'a mut dyn StepSolver,
     matrices: &'a mut Option<Matrices>,
     s: &'a mut Scratch,
+    left: &'a mut [f64],
 }
 
 impl ClosedStep {
@@ -69,8 +71,9 @@ impl ClosedStep {
                 d0: zeros.clone(),
                 d1: zeros.clone(),
                 product: zeros.clone(),
-                image: zeros,
+                image: zeros.clone(),
             },
+            left: zeros,
         }
     }
 
@@ -97,6 +100,7 @@ impl ClosedStep {
             solver: &mut *self.solver,
             matrices: &mut self.matrices,
             s: &mut self.work,
+            left: &mut self.left,
         };
         let solved = self.newton.solve(&mut equation, at.h, v1);
         *work = Work { steps: work.steps, ..self.newton.work };
@@ -110,9 +114,9 @@ impl ClosedStep {
 
     /// Writes p₁ at the solution.
     pub(super) fn momentum(&mut self, system: System<'_>, at: Interval, v0: &[f64], v1: &[f64], p: &mut [f64]) {
-        let Self { solver, matrices, work: s, .. } = self;
+        let Self { solver, matrices, work: s, left, .. } = self;
         let closure = &Linear::METHOD_I;
-        let mut equation = Equation { system, closure, t: at.start, v0, solver: &mut **solver, matrices, s };
+        let mut equation = Equation { system, closure, t: at.start, v0, solver: &mut **solver, matrices, s, left };
         equation.residual(at.h, v1, p);
         p.iter_mut().for_each(|p| *p /= 2.0 * at.h);
     }
@@ -123,6 +127,50 @@ fn transpose(field: &dyn VectorField, matrix: Option<&Jacobian>, (t, v): (f64, &
     match matrix {
         Some(matrix) => matrix.multiply_transpose(w, out),
         None => field.apply_transpose(t, v, w, out),
+    }
+}
+
+/// The derivative of the equation at v₁ = x, where its residual was taken last.
+#[derive(Clone, Copy)]
+struct Linearised<'a> {
+    system: System<'a>,
+    closure: &'a Linear,
+    t: f64,
+    v0: &'a [f64],
+    h: f64,
+    x: &'a [f64],
+}
+
+impl Linearised<'_> {
+    /// B.
+    fn operator<'b>(&'b self, matrices: Option<&'b Matrices>) -> StepOperator<'b> {
+        self.system.operator((self.t + self.h, self.x), self.h, matrices.map(|m| &m.b))
+    }
+
+    /// Writes the product of the derivative with `y`.
+    fn multiply(&self, matrices: Option<&Matrices>, s: &mut Scratch, y: &[f64], out: &mut [f64]) {
+        let Self { system: System { field, mass, mass_inverse }, closure, t, v0, h, x } = *self;
+        let w = closure.weights(h);
+        let common = w.alpha + w.beta;
+        self.operator(matrices).multiply(y, &mut s.image);
+        for (o, i) in out.iter_mut().zip(&s.image) {
+            *o = common * i;
+        }
+        mass.mul_add(common, y, out);
+        if w.alpha != 0.0 {
+            transpose(field, matrices.map(|m| &m.start), (t, v0), y, &mut s.product);
+            out.iter_mut().zip(&s.product).for_each(|(o, p)| *o += w.alpha * h * p);
+        }
+        if w.beta != 0.0 {
+            mass_inverse.solve(&mut s.image);
+            transpose(field, matrices.map(|m| &m.end), (t + h, x), &s.image, &mut s.product);
+            out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
+            match matrices {
+                Some(m) => m.curvature.multiply(y, &mut s.product),
+                None => field.apply_curvature(t + h, x, &s.d1, y, &mut s.product),
+            }
+            out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
+        }
     }
 }
 
@@ -154,7 +202,7 @@ impl InexactSystem for Equation<'_> {
     }
 
     fn solve(&mut self, h: f64, x: &[f64], residual: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
-        let (System { field, mass, mass_inverse }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
+        let System { field, mass, .. } = &self.system;
         if let Some(Matrices { end, b, curvature, .. }) = &mut *self.matrices {
             end.check_structure()?;
             b.clear();
@@ -162,35 +210,32 @@ impl InexactSystem for Equation<'_> {
             end.for_each(|i, j, x| b.add(i, j, -h * x));
             b.check_structure()?;
             curvature.clear();
-            field.add_curvature(self.t + h, x, &s.d1, 1.0, curvature);
+            field.add_curvature(self.t + h, x, &self.s.d1, 1.0, curvature);
             curvature.check_structure()?;
         }
-        let matrices = self.matrices.as_ref();
-        let b = self.system.operator((self.t + h, x), h, matrices.map(|m| &m.b));
+        let at = Linearised { system: self.system, closure: self.closure, t: self.t, v0: self.v0, h, x };
+        let (matrices, s) = (self.matrices.as_ref(), &mut *self.s);
+        let b = at.operator(matrices);
         self.solver.prepare(&b)?;
-        let (common, t, v0) = (w.alpha + w.beta, self.t, self.v0);
-        let mut derivative = |y: &[f64], out: &mut [f64]| {
-            b.multiply(y, &mut s.image);
-            for (o, i) in out.iter_mut().zip(&s.image) {
-                *o = common * i;
-            }
-            mass.mul_add(common, y, out);
-            if w.alpha != 0.0 {
-                transpose(*field, matrices.map(|m| &m.start), (t, v0), y, &mut s.product);
-                out.iter_mut().zip(&s.product).for_each(|(o, p)| *o += w.alpha * h * p);
-            }
-            if w.beta != 0.0 {
-                mass_inverse.solve(&mut s.image);
-                transpose(*field, matrices.map(|m| &m.end), (t + h, x), &s.image, &mut s.product);
-                out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
-                match matrices {
-                    Some(m) => m.curvature.multiply(y, &mut s.product),
-                    None => field.apply_curvature(t + h, x, &s.d1, y, &mut s.product),
-                }
-                out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
-            }
-        };
+        let mut derivative = |y: &[f64], out: &mut [f64]| at.multiply(matrices, s, y, out);
         self.solver.solve_closure(&b, &mut derivative, residual, tolerance)
+    }
+
+    /// By the diagonal of |α| (M + B) + |β| (M + BᵀM⁻¹B), from which the derivative differs by terms of lower order in h f_v.
+    fn is_solved_to(&mut self, error: f64, (h, x): (f64, &[f64]), y: &[f64], residual: &[f64]) -> bool {
+        let Some(matrices) = &*self.matrices else { return true };
+        let (w, s, left) = (self.closure.weights(h), &mut *self.s, &mut *self.left);
+        let at = Linearised { system: self.system, closure: self.closure, t: self.t, v0: self.v0, h, x };
+        at.multiply(Some(matrices), s, y, left);
+        left.iter_mut().zip(residual).for_each(|(left, f)| *left -= f);
+        self.system.diagonals(&matrices.b, &mut s.image, &mut s.product);
+        s.product.iter_mut().zip(&s.image).for_each(|(d, m)| *d = w.beta.abs() * *d + w.alpha.abs() * m);
+        matrices.b.for_each(|i, j, x| {
+            if i == j {
+                s.product[i] += w.alpha.abs() * x.abs()
+            }
+        });
+        left.iter().zip(&s.product).all(|(left, diagonal)| left.abs() <= diagonal * error)
     }
 
     fn tolerance(&self) -> f64 {

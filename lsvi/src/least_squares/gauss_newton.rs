@@ -6,7 +6,7 @@ use crate::error::SolveError;
 use crate::inexact::{check_increment, forcing};
 use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::mass::Mass;
-use crate::newton::Work;
+use crate::newton::{Rounding, SAMPLES, Work};
 use crate::operator::Operator;
 use crate::solver::StepSolver;
 
@@ -33,6 +33,7 @@ pub(super) struct GaussNewton {
     increment: Vec<f64>,
     trial: Vec<f64>,
     work: Vec<f64>,
+    rounding: Rounding,
 }
 
 /// φ and what it is made of.
@@ -47,7 +48,7 @@ struct Action {
 }
 
 impl Action {
-    fn at(&mut self, system: &System<'_>, at: Interval, v0: &[f64], v: &[f64]) -> Result<f64, SolveError> {
+    fn at(&mut self, system: &System<'_>, at: Interval, v0: &[f64], v: &[f64]) -> f64 {
         system.field.rhs(at.start + at.h, v, &mut self.end);
         self.end.iter_mut().for_each(|f| *f *= -at.h);
         for (r, f) in self.start.iter_mut().zip(&self.f0) {
@@ -60,7 +61,7 @@ impl Action {
             system.mass_inverse.solve(&mut self.dual);
             sum += 0.5 * dot(residual, &self.dual);
         }
-        Ok(sum)
+        sum
     }
 }
 
@@ -76,6 +77,7 @@ impl GaussNewton {
             increment: zeros.clone(),
             trial: zeros.clone(),
             work: zeros,
+            rounding: Rounding::default(),
         }
     }
 
@@ -93,7 +95,7 @@ impl GaussNewton {
         let (mut last, mut iterations) = (f64::INFINITY, 0);
         // Norms of the gradient.
         let (mut first, mut size) = (f64::NAN, f64::NAN);
-        let mut action = self.action.at(&system, at, v0, v)?;
+        let mut action = self.action.at(&system, at, v0, v);
         let mut most = 1.0_f64;
         while iterations < ITERATIONS {
             iterations += 1;
@@ -126,7 +128,9 @@ impl GaussNewton {
             let theta = if last.is_finite() { delta / last } else { 1.0 };
             // Linear convergence by θ leaves θ/(1 − θ) δ; below √ε φ is flat to rounding and only stagnation is left.
             let converged = delta <= 4.0 * roundoff || (theta < 1.0 && theta * delta <= (1.0 - theta) * enough);
-            let stagnates = theta >= 1.0 && last <= f64::EPSILON.sqrt() * largest;
+            let stagnates = theta >= 1.0
+                && last <= f64::EPSILON.sqrt() * largest
+                && self.is_at_rounding(&system, at, (v0, v), last, work);
             if self.damping == 0.0 && (converged || stagnates) {
                 let allowed = if converged { enough } else { f64::EPSILON.sqrt() * largest };
                 if self.is_solved_to(allowed.max(4.0 * roundoff), &system) {
@@ -153,16 +157,30 @@ impl GaussNewton {
         b.multiply_transpose(work, trial);
         system.mass.multiply(increment, work);
         trial.iter_mut().zip(work.iter().zip(gradient.iter())).for_each(|(r, (m, g))| *r += m + g);
-        // The diagonal in `increment`; 1/M_ii, which (M⁻¹)_ii is no less than, for M⁻¹.
-        let dim = increment.len();
-        system.mass.for_each(dim, |i, j, m| {
-            if i == j {
-                work[i] = m
-            }
-        });
-        increment.copy_from_slice(work);
-        b.for_each(|i, j, x| increment[j] += x * x / work[i]);
+        system.diagonals(b, work, increment);
         trial.iter().zip(increment.iter()).all(|(r, diagonal)| r.abs() <= diagonal * error)
+    }
+
+    /// Whether the gradient at `v`, by the last B, is one of roundings.
+    fn is_at_rounding(
+        &mut self,
+        system: &System<'_>,
+        at: Interval,
+        (v0, v): (&[f64], &[f64]),
+        last: f64,
+        work: &mut Work,
+    ) -> bool {
+        let Self { action, b, increment, rounding, .. } = self;
+        let b = system.operator((at.start + at.h, v), at.h, b.as_ref());
+        let mut gradient = |v: &[f64], out: &mut [f64]| {
+            action.at(system, at, v0, v);
+            b.multiply_transpose(&action.dual, out);
+            out.iter_mut().zip(&action.start).for_each(|(g, r)| *g += r);
+        };
+        work.residuals += SAMPLES;
+        let is_rounding = rounding.explains(&mut gradient, v, increment, last);
+        action.at(system, at, v0, v);
+        is_rounding
     }
 
     /// Sets the trial point to one of lower φ, and returns the increment's max norm and the new φ; `None` if no step is short
@@ -190,7 +208,7 @@ impl GaussNewton {
                 *trial = v + d;
             }
             let predicted = predicted(&self.gradient, &self.increment, self.damping, system.mass, &mut self.work);
-            let next = self.action.at(system, at, v0, &self.trial)?;
+            let next = self.action.at(system, at, v0, &self.trial);
             // Differences of φ below its own rounding say nothing.
             let flat = (1.0 + self.damping) * delta <= enough || predicted <= 64.0 * f64::EPSILON * action;
             let ratio = (action - next) / predicted;
@@ -279,7 +297,7 @@ mod tests {
                 let mut step = GaussNewton::new(2, &Structure::Dense, Box::new(solver));
                 let (at, v0, v) = (Interval { start: 0.0, h: 0.5 }, [1.0, -0.5], [0.3, 0.7]);
                 field.rhs(at.start, &v0, &mut step.action.f0);
-                let before = step.action.at(&system, at, &v0, &v).expect("finite");
+                let before = step.action.at(&system, at, &v0, &v);
                 let mut b = Jacobian::with_structure(2, &Structure::Dense);
                 system.set_b(at.h, at.h, &v, &mut b);
                 let b = system.operator((at.h, &v), at.h, Some(&b));
@@ -290,7 +308,7 @@ mod tests {
                 step.solver.solve_normal(&b, damping, None, &mut step.increment, 0.0).expect("definite");
                 let predicted = predicted(&step.gradient, &step.increment, damping, &mass, &mut step.work);
                 let end: Vec<f64> = v.iter().zip(&step.increment).map(|(v, d)| v + d).collect();
-                let after = step.action.at(&system, at, &v0, &end).expect("finite");
+                let after = step.action.at(&system, at, &v0, &end);
                 // Roundings of φ, and of B in solutions that are good to 1e-15.
                 approx::assert_abs_diff_eq!(predicted, before - after, epsilon = 1e-13 * before);
                 assert!(predicted > 0.0);

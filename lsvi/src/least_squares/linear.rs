@@ -3,14 +3,17 @@
 use super::System;
 use crate::discrete::Interval;
 use crate::error::SolveError;
-use crate::linalg::{Jacobian, Structure};
+use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::mass::Mass;
 use crate::newton::Work;
-use crate::operator::{Factored, Operator};
+use crate::operator::{Factored, Operator, StepOperator};
 use crate::solver::{Augmented, Iterative, StepSolver, Twisted};
 
 /// Largest condition number of M + BᵀM⁻¹B, 1/√ε, at which rounding leaves half of the digits at worst.
 const TWISTED_CONDITION: f64 = 67_108_864.0;
+
+/// Solutions for what the ones before have left.
+const REFINEMENTS: u32 = 40;
 
 /// Method I on f = A v + g: with M y = h g₁ − B v₁,
 /// M y + B v₁ = h g₁ and Bᵀ y − M v₁ = −[2 M + h (A − Aᵀ)] v₀ − h g₀.
@@ -22,6 +25,8 @@ pub(super) struct LinearStep {
     /// The right-hand side of a step, while `solver` iterates and is not the user's: where its iterations end early, as on waves, factors
     /// of twice the order take its place.
     kept: Option<Vec<f64>>,
+    /// For a solver of the user's that iterates, where there is a B to hold its solutions to.
+    held: Option<Box<Held>>,
     /// To be used in the place of `solver` where the condition number allows.
     twisted: Option<Twisted>,
     uses_twisted: bool,
@@ -37,6 +42,17 @@ pub(super) struct LinearStep {
     estimate: [Vec<f64>; 2],
 }
 
+/// Work space in which solutions are held to their equations.
+#[derive(Debug)]
+struct Held {
+    /// The whole right-hand side.
+    sum: Vec<f64>,
+    /// What is left of it.
+    left: Vec<f64>,
+    diagonal: Vec<f64>,
+    work: Vec<f64>,
+}
+
 impl LinearStep {
     /// With the given solver, or where there is none with the one that structure and condition number ask for.
     pub(super) fn new(dim: usize, structure: &Structure, mass: &Mass, solver: Option<Box<dyn StepSolver>>) -> Self {
@@ -44,6 +60,10 @@ impl LinearStep {
         let fits = chooses && matches!(mass, Mass::Identity | Mass::Diagonal(_));
         let zeros = vec![0.0; dim];
         let iterates = solver.is_none() && matches!(structure, Structure::Sparse(_));
+        let is_held =
+            *structure != Structure::MatrixFree && solver.as_ref().is_some_and(|solver| solver.tolerance() > 0.0);
+        let held = || Held { sum: zeros.clone(), left: zeros.clone(), diagonal: zeros.clone(), work: zeros.clone() };
+        let held = is_held.then(|| Box::new(held()));
         let solver = solver.unwrap_or_else(|| match iterates {
             true => Box::new(Iterative::to_rounding(Factored::default())),
             false => Box::new(Augmented::new()),
@@ -51,6 +71,7 @@ impl LinearStep {
         Self {
             solver,
             kept: iterates.then(|| zeros.clone()),
+            held,
             twisted: fits.then(Twisted::new),
             uses_twisted: false,
             b: (*structure != Structure::MatrixFree).then(|| Jacobian::with_structure(dim, structure)),
@@ -167,6 +188,9 @@ impl LinearStep {
         if let Some(kept) = &mut self.kept {
             kept.copy_from_slice(v1);
         }
+        if let Some(held) = &mut self.held {
+            held.set_sum(&system, &b, v1, &self.upper);
+        }
         work.inner += match (solver.solve_normal(&b, 0.0, Some(&self.upper), v1, 0.0), &self.kept) {
             (Err(SolveError::Linear { iterations, .. }), Some(kept)) => {
                 v1.copy_from_slice(kept);
@@ -178,6 +202,54 @@ impl LinearStep {
             }
             (solved, _) => solved?,
         };
-        if v1.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(SolveError::NonFinite) }
+        if !v1.iter().all(|x| x.is_finite()) {
+            return Err(SolveError::NonFinite);
+        }
+        match (&mut self.held, &self.b) {
+            (Some(held), Some(matrix)) => held.refine(&system, (&b, matrix), &mut *self.solver, v1, work),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Held {
+    /// Takes up the right-hand side x + BᵀM⁻¹a.
+    fn set_sum(&mut self, system: &System<'_>, b: &StepOperator<'_>, x: &[f64], a: &[f64]) {
+        self.work.copy_from_slice(a);
+        system.mass_inverse.solve(&mut self.work);
+        b.multiply_transpose(&self.work, &mut self.sum);
+        self.sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += x);
+    }
+
+    /// Solves again for what is left, ρ, until each equation leaves its unknown no error above the tolerance, |ρ_j| ≤ H_jj times that with
+    /// H = M + BᵀM⁻¹B: in the norm of a preconditioner some of them count for nothing.
+    fn refine(
+        &mut self,
+        system: &System<'_>,
+        (b, matrix): (&StepOperator<'_>, &Jacobian),
+        solver: &mut dyn StepSolver,
+        v: &mut [f64],
+        work: &mut Work,
+    ) -> Result<(), SolveError> {
+        system.diagonals(matrix, &mut self.work, &mut self.diagonal);
+        let mut spent = 0;
+        for _ in 0..REFINEMENTS {
+            b.multiply(v, &mut self.work);
+            system.mass_inverse.solve(&mut self.work);
+            b.multiply_transpose(&self.work, &mut self.left);
+            system.mass.multiply(v, &mut self.work);
+            let products = self.left.iter_mut().zip(&self.work);
+            products.zip(&self.sum).for_each(|((left, mv), sum)| *left = sum - *left - mv);
+            let error = solver.tolerance().max(4.0 * f64::EPSILON) * max_norm(v);
+            if self.left.iter().zip(&self.diagonal).all(|(left, diagonal)| left.abs() <= diagonal * error) {
+                return Ok(());
+            }
+            let inner = solver.solve_normal(b, 0.0, None, &mut self.left, 0.0)?;
+            work.inner += inner;
+            spent += inner;
+            v.iter_mut().zip(&self.left).for_each(|(v, d)| *v += d);
+        }
+        let residual = max_norm(&self.left) / max_norm(&self.sum);
+        Err(SolveError::Linear { iterations: u32::try_from(spent).unwrap_or(u32::MAX), residual })
     }
 }

@@ -221,6 +221,17 @@ impl System<'_> {
         self.mass.add_to(1.0, b);
         self.field.add_jacobian(t, v, -h, b);
     }
+
+    /// Writes the diagonals of M and of the matrix M + BᵀM⁻¹B of the normal equations, with 1/M_ii, which (M⁻¹)_ii is no less than, for M⁻¹.
+    fn diagonals(&self, b: &Jacobian, inertia: &mut [f64], normal: &mut [f64]) {
+        self.mass.for_each(inertia.len(), |i, j, m| {
+            if i == j {
+                inertia[i] = m
+            }
+        });
+        normal.copy_from_slice(inertia);
+        b.for_each(|i, j, x| normal[j] += x * x / inertia[i]);
+    }
 }
 
 /// The step equations with their work space.
@@ -246,8 +257,15 @@ impl Equations {
     }
 
     /// Whether v₁ = v₀ to half of the digits of the change h (f₀ + f₁)/2 that f asks for. Where α + β → 0 the condition is then
-    /// J₀ᵀ f₀ = 0: J is singular, and every solution is at rest.
-    fn stands_still(&self, system: &System<'_>, at: Interval, v0: &[f64], v1: &[f64], change: &mut [f64]) -> bool {
+    /// J₀ᵀ f₀ = 0: J is singular, and every solution is at rest. A stiff J moves v₁ by as little.
+    fn stands_still(
+        &self,
+        (system, closure): (&System<'_>, &Linear),
+        at: Interval,
+        v0: &[f64],
+        v1: &[f64],
+        change: &mut [f64],
+    ) -> bool {
         let Some((f0, start)) = self.start() else { return false };
         let half = f64::EPSILON.sqrt();
         change.fill(0.0);
@@ -267,7 +285,9 @@ impl Equations {
         system.field.rhs(at.start + at.h, v1, change);
         change.iter_mut().zip(f0).for_each(|(sum, f)| *sum += f);
         let asked = 0.5 * at.h * max_norm(change);
-        asked > half * terms && moved <= 4.0 * half * asked
+        asked > half * terms
+            && moved <= 4.0 * half * asked
+            && !rank::is_stiff(system, closure.weights(at.h), at.h, (f0, start))
     }
 }
 
@@ -369,7 +389,7 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             declared.check_end(&system(), at, next, step.end_forcing()).map_err(failed)?;
         }
         if !closure.has_limit()
-            && (self.equations.stands_still(&system(), at, v, next, &mut self.rate)
+            && (self.equations.stands_still((&system(), closure), at, v, next, &mut self.rate)
                 || is_undetermined(&mut self.rank, &self.equations, (mass, closure), at, v, &mut self.rate))
         {
             return Err(failed(SolveError::Singular));

@@ -1,6 +1,6 @@
 //! ∂F/∂x for h → 0, and what it tells of a root: whether it is on the branch that starts at the present state.
 
-use super::{CLOSE, LimitAtZero, MOST_NOISE, Newton, SMALLEST, SURE_CONTRACTION, System, difference, is_close};
+use super::{CLOSE, LimitAtZero, MOST_NOISE, Newton, SURE_CONTRACTION, System, difference, is_close};
 use crate::linalg::{Lu, larger, max_norm};
 
 /// Ratio of the first two increments up to which the derivative changes by twice that at most on the way, 2⁻⁷, so that no way is too long.
@@ -293,9 +293,9 @@ impl Newton {
         self.work.residuals += 1;
         self.increment.iter_mut().zip(&self.first).for_each(|(f, first)| *f -= first);
         self.lu.solve(&mut self.increment);
-        let size = (scale.abs() * max_norm(&self.part)).max(max_norm(&self.origin)).max(SMALLEST);
+        let way = scale.abs() * max_norm(&self.part);
         let apart = difference(&self.increment, -scale, &self.part);
-        if apart.is_nan() || apart > larger(f64::EPSILON.sqrt() * size, self.noise) {
+        if apart.is_nan() || apart > larger(f64::EPSILON.sqrt() * way, self.roundoff()) {
             return false;
         }
         self.affine = Some((h, moved));

@@ -21,9 +21,8 @@ const MANY: u32 = 12;
 /// which does not square the condition number; implicit stages, and closures with α ≠ 0, by GMRES. P is kept from step to step
 /// until it has become slow.
 ///
-/// The linear systems are solved in the norm of the preconditioner. A step of Method I is accepted if each equation by itself leaves its unknown no
+/// The linear systems are solved in the norm of the preconditioner. A step is accepted if each equation by itself leaves its unknown no
 /// error above the [tolerance](Self::with_tolerance); of a matrix-free field nothing but increments tells, and what P weighs little may be left unsolved.
-/// With a P that is too weak for increments to contract, other closures and implicit stages refuse their steps, as if a branch ended.
 ///
 /// There is no determinant here: that a root lies on the branch of the present state rests on the contraction of Newton's
 /// iteration, or on the descent of Gauss–Newton's, alone.

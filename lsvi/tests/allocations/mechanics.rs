@@ -2,13 +2,15 @@
 
 use crate::allocations;
 use crate::systems::{Damping, DoublePendulum, Falling, Sphere};
+use lsvi::classic::{RungeKutta, Tableau};
+use lsvi::closure::Linear;
 use lsvi::discrete::{
     BrokenLine, Constrainable, DiscreteLegendre, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal,
 };
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
     AutoConstraint, AutoForce, AutoLagrangian, Constrained, Forced, LagrangianFn, OneStep, Scalar, TwoStep, field,
-    method_i, method_ii, position_momentum,
+    least_squares, method_i, method_ii, position_momentum,
 };
 
 fn assert_allocation_free(name: &str, method: &mut dyn OneStep, q0: &[f64], p0: &[f64]) {
@@ -94,6 +96,38 @@ fn steps_of_least_squares_do_not_allocate() {
             dv[1] = (-v[0] * v[0] + 1.0) * v[1] - v[0];
         })
     };
-    assert_allocation_free("method I", &mut method_i(van_der_pol()).expect("usable"), &[2.0, 0.0], &[0.0, 0.0]);
-    assert_allocation_free("method II", &mut method_ii(van_der_pol()).expect("usable"), &[2.0, 0.0], &[0.0, 0.0]);
+    let by = |closure: Result<Linear, _>| least_squares(van_der_pol(), closure.expect("a closure")).expect("usable");
+    let tableau = |tableau| RungeKutta::new(van_der_pol(), tableau).expect("usable");
+    let methods: Vec<(&str, Box<dyn OneStep>)> = vec![
+        ("method I", Box::new(method_i(van_der_pol()).expect("usable"))),
+        ("method II", Box::new(method_ii(van_der_pol()).expect("usable"))),
+        ("(-1/2, 1)", Box::new(by(Linear::new(-0.5, 1.0)))),
+        ("fitted", Box::new(by(Linear::fitted(1.0)))),
+        ("fitted-pade", Box::new(by(Linear::fitted_pade(1.0)))),
+        ("RK4", Box::new(tableau(Tableau::rk4()))),
+        ("implicit Euler", Box::new(tableau(Tableau::implicit_euler()))),
+        ("TR-BDF2", Box::new(tableau(Tableau::tr_bdf2()))),
+        ("SDIRK2", Box::new(tableau(Tableau::sdirk2()))),
+    ];
+    for (name, mut method) in methods {
+        assert_allocation_free(name, &mut *method, &[2.0, 0.0], &[0.0, 0.0]);
+    }
+}
+
+/// Steps not far before the folds at h = 2.175 and 1 + √2, so long that their roots are followed in pieces.
+#[test]
+fn long_steps_do_not_allocate() {
+    let drag = || field!(1, |_t, v, dv| dv[0] = -v[0] * v[0]);
+    for (name, mut method) in [
+        ("method I", Box::new(method_i(drag()).expect("usable")) as Box<dyn OneStep>),
+        ("trapezoidal", Box::new(RungeKutta::new(drag(), Tableau::trapezoidal()).expect("usable"))),
+    ] {
+        let mut v = [1.0];
+        let pieces = allocations(|| {
+            v = [1.0];
+            method.step(0.0, 2.0, &mut v, &mut [0.0]).expect("a root");
+        });
+        assert_eq!(pieces, 0, "{name}");
+        assert!(v[0] > -1.0 && v[0] < 1.0, "{name}: {v:?}");
+    }
 }

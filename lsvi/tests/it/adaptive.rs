@@ -713,14 +713,32 @@ fn the_shortest_step_is_tried_before_the_tolerance_is_given_up() {
         }
         let (end, steps) = run(options, 10.0).expect("the tolerance can be met");
         assert!((end.q[0] - f64::exp(-5.0)).abs() <= tolerance, "{end:?}");
-        // The last step may be shorter, and the last two are half of what is left.
+        // The last step may be shorter.
         let (_, most) = steps.split_at(1);
-        assert!(most[..most.len() - 2].iter().all(|h| *h >= h_min * (1.0 - 1e-12)), "{steps:?}");
+        assert!(most[..most.len() - 1].iter().all(|h| *h >= h_min * (1.0 - 1e-12)), "{steps:?}");
     }
     // The grid's steps are the longest, and below h_min what there is.
     run(options(1e-3).h_min(0.5).expect("finite"), 0.1).expect("short steps are asked for");
     let failed = run(options(1e-12).h_min(2.0).expect("finite"), 10.0);
     assert!(matches!(failed, Err(StepError::BelowShortest { h_min: 2.0, .. })), "{failed:?}");
+}
+
+/// Of 1.5 there is less than two shortest steps of 1; a first step of 10⁻⁶ is none at t = 1.7·10⁹, where times are 2·10⁻⁷ apart.
+#[test]
+fn steps_are_no_shorter_than_the_shortest_and_than_times_resolve() {
+    let ends = |options: Options, start: f64, length: f64| {
+        let decay = field_of!(1, |_t, v, dv| dv[0] = v[0] * -0.1);
+        let method = Radau::new(decay, options).expect("valid");
+        let mut ends = Vec::new();
+        let run = Trajectory::new(method, State::new(start, vec![1.0]), length, start + length).expect("valid");
+        let end = run.observe(|state| ends.push(state.t - start)).expect("smooth");
+        assert!((end.q[0] - (-0.1 * length).exp()).abs() < 1e-2);
+        ends
+    };
+    let options = || Options::new(Tolerances::new(1e-2, 1e-2).expect("positive"));
+    assert_eq!(ends(options().h_min(1.0).and_then(|o| o.h0(1.0)).expect("positive"), 0.0, 1.5), [0.0, 1.0, 1.5]);
+    let ends = ends(options().h0(1e-6).expect("positive"), 1.7e9, 10.0);
+    assert_eq!(ends.last(), Some(&10.0));
 }
 
 /// v̇ = λv.

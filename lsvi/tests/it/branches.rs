@@ -6,13 +6,16 @@ use crate::fields::As;
 use crate::systems::{field_of, lagrangian_of};
 use follow::{Followed, follow};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
-use lsvi::closure::Linear;
-use lsvi::discrete::{Galerkin, Midpoint};
+use lsvi::closure::{Closure, Linear};
+use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
+use lsvi::solver::Iterative;
 use lsvi::{
-    FieldFn, Integrator, Jacobian, LagrangianFn, LeastSquares, OneStep, Scalar, SolveError, State, StepError,
-    Structure, Trajectory, Variational, VectorField, least_squares, method_i, method_ii, position_momentum,
+    AutoField, Factored, FieldFn, Integrator, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, OneStep, Scalar,
+    SolveError, State, StepError, Structure, Trajectory, Variational, VectorField, least_squares, method_i, method_ii,
+    position_momentum,
 };
+use nalgebra::DMatrix;
 
 /// v̇ = f(v) with f a polynomial of degree three.
 #[derive(Clone, Copy, Debug)]
@@ -341,6 +344,128 @@ fn a_root_beyond_the_end_of_a_branch_is_refused() {
                 Followed::Lost => assert!(step.is_err(), "{what}"),
                 Followed::Undecided => panic!("{what}"),
             }
+        }
+    }
+}
+
+/// Ṡ = −10⁻³ S/(S + 10⁻⁶), and beside it an unknown that rests.
+#[derive(Clone, Copy)]
+struct Enzyme {
+    is_beside: bool,
+}
+
+impl FieldFn for Enzyme {
+    fn dim(&self) -> usize {
+        1 + usize::from(self.is_beside)
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[0] / (v[0] + 1e-6) * 1e-3;
+        if let [_, v] = v {
+            dv[1] = *v * 0.0;
+        }
+    }
+}
+
+/// A motion of less than √ε of the largest unknown is solved as it is alone, to roundings of that one: its increments are no roundings.
+#[test]
+fn an_unknown_may_be_small_beside_another() {
+    type Make = fn(Enzyme) -> Box<dyn OneStep>;
+    let steps: [(&str, Make); 9] = [
+        ("I", |f| Box::new(method_i(AutoField::new(f)).expect("usable"))),
+        ("(-1/2, 1)", |f| {
+            Box::new(least_squares(AutoField::new(f), Linear::new(-0.5, 1.0).expect("weights")).expect("usable"))
+        }),
+        ("trapezoidal", |f| Box::new(RungeKutta::new(AutoField::new(f), Tableau::trapezoidal()).expect("usable"))),
+        ("midpoint", |f| Box::new(RungeKutta::new(AutoField::new(f), Tableau::implicit_midpoint()).expect("usable"))),
+        ("sdirk2", |f| Box::new(RungeKutta::new(AutoField::new(f), Tableau::sdirk2()).expect("usable"))),
+        ("tr-bdf2", |f| Box::new(RungeKutta::new(AutoField::new(f), Tableau::tr_bdf2()).expect("usable"))),
+        ("galerkin", |f| {
+            let l = LeastSquares::new(AutoField::new(f)).expect("usable");
+            let galerkin = Galerkin::new(l, 2, &Quadrature::radau(2).expect("nodes")).expect("fits");
+            Box::new(Variational::new(galerkin, Linear::METHOD_I))
+        }),
+        ("I by products", |f| {
+            let solver = Iterative::new(Factored::default()).with_tolerance(1e-14).expect("in (0, 1)");
+            Box::new(LeastSquaresStep::with_solver(AutoField::new(f), Linear::METHOD_I, solver).expect("usable"))
+        }),
+        ("sdirk2 by products", |f| {
+            let solver = Iterative::new(Factored::default()).with_tolerance(1e-14).expect("in (0, 1)");
+            Box::new(RungeKutta::with_solver(AutoField::new(f), Tableau::sdirk2(), solver).expect("usable"))
+        }),
+    ];
+    for (name, make) in steps {
+        for (start, h) in [1e-5, 1e-6].into_iter().flat_map(|start| [1e-3, 1e-2].map(|h| (start, h))) {
+            let mut alone = [start];
+            let is_found = make(Enzyme { is_beside: false }).step(0.0, h, &mut alone, &mut [0.0]).is_ok();
+            for large in [1.0, 1e2, 300.0, 1e4, 1e6] {
+                let mut v = [start, large];
+                let step = make(Enzyme { is_beside: true }).step(0.0, h, &mut v, &mut [0.0; 2]);
+                let said = format!("{name} from {start:e}, h = {h}, beside {large:e}: {step:?} {v:?}, alone {alone:?}");
+                assert_eq!(step.is_ok(), is_found, "{said}");
+                // 64 times what four roundings of the largest are, and a hundred tolerances of an iterative solver.
+                let part = if name.ends_with("products") { 1e-12 } else { 256.0 * f64::EPSILON };
+                assert!((v[0] - alone[0]).abs() <= part * large, "{said}");
+            }
+        }
+    }
+}
+
+/// x + c x³ = 0 for x = α p₀ + β p₁, which is the linear closure in a form that does not say so.
+struct Cubic {
+    alpha: f64,
+    beta: f64,
+    c: f64,
+}
+
+impl Closure for Cubic {
+    fn residual(&self, _h: f64, _p: &[f64], p0: &[f64], p1: &[f64], out: &mut [f64]) {
+        let x = self.alpha * p0[0] + self.beta * p1[0];
+        out[0] = x + self.c * x.powi(3);
+    }
+    fn derivative(
+        &self,
+        _h: f64,
+        _p: &[f64],
+        p0: &[f64],
+        p1: &[f64],
+        in_p0: &mut DMatrix<f64>,
+        in_p1: &mut DMatrix<f64>,
+    ) {
+        let x = self.alpha * p0[0] + self.beta * p1[0];
+        let slope = 1.0 + 3.0 * self.c * x * x;
+        in_p0[(0, 0)] += self.alpha * slope;
+        in_p1[(0, 0)] += self.beta * slope;
+    }
+}
+
+/// v̇ = −v² from 1 with h up to 300, three quarters of it beyond the folds.
+#[test]
+fn no_step_of_a_closure_that_is_not_linear_leads_to_a_root_of_another_branch() {
+    let mut random = Random(7);
+    for (alpha, beta) in [(-1.0, 1.0), (-0.5, 1.0), (0.0, 1.0)] {
+        for c in [0.0, 0.1, 1.0] {
+            let (mut found, mut refused, mut lost) = (0, 0, 0);
+            for _ in 0..100 {
+                let h = 10.0_f64.powf(random.within(-1.5, 2.5));
+                let discrete = || {
+                    let drag = AutoField::new(Polynomial([0.0, 0.0, -1.0, 0.0]));
+                    Trapezoidal::new(LeastSquares::new(drag).expect("usable"))
+                };
+                let [mut v, mut exact] = [[1.0]; 2];
+                let linear = Linear::new(alpha, beta).expect("weights");
+                let truth = Variational::new(discrete(), linear).step(0.0, h, &mut exact, &mut [0.0]);
+                let step = Variational::new(discrete(), Cubic { alpha, beta, c }).step(0.0, h, &mut v, &mut [0.0]);
+                let what = format!("({alpha}, {beta}), c = {c}, h = {h}: {step:?} {v:?}, {truth:?} {exact:?}");
+                match (truth.is_ok(), step.is_ok()) {
+                    // Beside a fold a root is known to half of the digits.
+                    (true, true) => assert!((v[0] - exact[0]).abs() <= f64::EPSILON.sqrt(), "{what}"),
+                    (false, true) => panic!("{what}"),
+                    (true, false) => refused += 1,
+                    (false, false) => lost += 1,
+                }
+                found += usize::from(step.is_ok());
+            }
+            assert!(found >= 20 && lost >= 20 && refused <= 3, "{found} found, {refused} refused, {lost} lost");
         }
     }
 }

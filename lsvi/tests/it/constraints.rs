@@ -524,6 +524,68 @@ fn constrained_motions_are_the_same_in_all_units() {
     }
 }
 
+/// Makes the motions of a Lagrangian on the rods.
+type Make<L> = for<'a> fn(&'a L, AutoConstraint<Rods>) -> Box<dyn Integrator + 'a>;
+
+/// A double pendulum whose two rods are told in units of their own.
+struct Rods([f64; 2]);
+
+impl ConstraintFn for Rods {
+    fn dim(&self) -> usize {
+        4
+    }
+    fn count(&self) -> usize {
+        2
+    }
+    fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+        let (x, y) = (q[2] - q[0], q[3] - q[1]);
+        out[0] = (q[0] * q[0] + q[1] * q[1] - 1.0) * self.0[0];
+        out[1] = (x * x + y * y - 1.0) * self.0[1];
+    }
+}
+
+struct Two;
+
+impl lsvi::LagrangianFn for Two {
+    fn dim(&self) -> usize {
+        4
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        v.iter().fold(-q[1] - q[3], |l, v| l + *v * *v * 0.5)
+    }
+}
+
+#[test]
+fn each_constraint_may_have_a_unit_of_its_own() {
+    let l = lagrangian_of(Two);
+    for (path, make) in [
+        ("RATTLE", (|l, k| Box::new(Constrained::new(Trapezoidal::new(l), k).expect("fits"))) as Make<_>),
+        ("gauss", |l, k| Box::new(Constrained::new(Galerkin::gauss(l, 2).expect("s ≥ 1"), k).expect("fits"))),
+        ("path-fitted", |l, k| {
+            Box::new(Constrained::new(PathFitted::on(l, NodeFamily::Gauss, 3).expect("m ≥ 2"), k).expect("fits"))
+        }),
+    ] {
+        let end = |units: [f64; 2]| {
+            let run = Trajectory::new(
+                make(&l, AutoConstraint::new(Rods(units))),
+                State::new(0.0, vec![1.0, 0.0, 2.0, 0.0]),
+                0.02,
+                2.0,
+            );
+            run.expect("valid").observe(|_| {}).unwrap_or_else(|error| panic!("{path}, {units:?}: {error}")).q
+        };
+        let right = end([1.0; 2]);
+        for units in [[1e-8, 1.0], [1.0, 1e12], [1e10, 1e-10]] {
+            let found = end(units);
+            // Roundings of a hundred steps.
+            assert!(
+                found.iter().zip(&right).all(|(a, b)| (a - b).abs() < 1e-11),
+                "{path}, {units:?}: {found:?}, {right:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_state_off_the_constraint_is_refused_wherever_coordinates_are_counted_from() {
     for pivot in [0.0, 6.4e6, -1e8] {

@@ -526,8 +526,10 @@ fn derivatives_are_taken_at_the_time_of_their_state() {
                 assert!(notes.iter().any(|(t, _)| *t == end));
                 let is_of_its_time = |(t, v): &(f64, f64)| *t > start && *t <= end || *t == start && *v == 1.0;
                 assert!(notes.iter().all(is_of_its_time), "{structure:?}, ({alpha}, {beta}): {notes:?}");
+                // Where increments do not contract an iterative solver is asked again for more.
                 let mut later = notes.iter().skip_while(|(_, v)| *v == 1.0);
-                assert!(later.all(|note| *note != (end, 1.0)), "{structure:?}, ({alpha}, {beta}): {notes:?}");
+                let is_once = is_iterative || later.all(|note| *note != (end, 1.0));
+                assert!(is_once, "{structure:?}, ({alpha}, {beta}): {notes:?}");
             }
         }
     }

@@ -9,7 +9,7 @@ use lsvi::discrete::{DiscreteLagrangian, Interval, Midpoint, MomentumWeights, Tr
 use lsvi::solver::Iterative;
 use lsvi::{
     ClosureError, FieldFn, InputError, LeastSquares, LeastSquaresStep, OneStep, Scalar, SolveError, State, StepError,
-    Structure, SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
+    Structure, SystemError, TimeError, Trajectory, Variational, least_squares, method_i, method_ii, position_momentum,
 };
 
 struct Drag;
@@ -287,6 +287,21 @@ fn method_ii_takes_no_step_that_stands_still_where_the_solution_does_not() {
         }
     }
     assert!(solved >= 12 && refused >= 20, "{solved} {refused}");
+}
+
+/// R = (1 − θ (1 − z + z²/2)) / (1 − θ + z + z²/2): what is left of h f₀ is a small part of it, and no rest.
+#[test]
+fn closures_fitted_to_a_decay_take_it_in_steps_of_any_length() {
+    for closure in [Linear::fitted, Linear::fitted_pade] {
+        for z in (0..30).map(|k| 10_f64.powi(k)) {
+            let field = field_of!(1, |_t, v, dv| dv[0] = -v[0]);
+            let mut method = least_squares(field, closure(1.0).expect("positive")).expect("usable");
+            let mut v = [1.0_f64];
+            method.step(0.0, z, &mut v, &mut [0.0]).unwrap_or_else(|error| panic!("{z:e}: {error}"));
+            // e^{−z}, and −2/z at the most of Padé's approximant; roundings of v₀.
+            assert!(v[0].abs() <= 3.0 / z + 4.0 * f64::EPSILON, "{z:e}: {v:?}");
+        }
+    }
 }
 
 /// At ½, where J₀ = 0, a solver that works with products sees no gradient.

@@ -12,6 +12,7 @@ use lsvi::{
     Preconditioner, Scalar, SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory,
     VectorField, Window, Work, field, least_squares, method_i, method_ii,
 };
+use nalgebra::{DMatrix, DVector};
 
 fn wave(n: usize, k: f64) -> Vec<f64> {
     (0..n).map(|i| (k * i as f64).sin() + 0.2 * (1.7 * i as f64).cos()).collect()
@@ -339,15 +340,18 @@ fn a_mass_that_is_an_operator_is_one() {
     v.iter().for_each(|v| assert_abs_diff_eq!(*v, 1.0 / (1.0 + h + 0.5 * h * h), epsilon = 1e-9));
 }
 
-/// P⁻¹ = diag 10^(i mod 5): in its norm a residual is small where half of the unknowns have hardly moved.
-struct Scattered;
+/// P⁻¹ = diag 10^(±(i mod so many)): in its norm a residual is small where many of the unknowns have hardly moved.
+struct Powers {
+    turn: i32,
+    sign: i32,
+}
 
-impl Preconditioner for Scattered {
+impl Preconditioner for Powers {
     fn prepare(&mut self, _b: &StepOperator<'_>) -> Result<(), SolveError> {
         Ok(())
     }
     fn solve(&mut self, x: &mut [f64]) {
-        x.iter_mut().enumerate().for_each(|(i, x)| *x *= [1.0, 1e1, 1e2, 1e3, 1e4][i % 5]);
+        x.iter_mut().zip((0..self.turn).cycle()).for_each(|(x, k)| *x *= 10_f64.powi(self.sign * k));
     }
     fn solve_transpose(&mut self, x: &mut [f64]) {
         self.solve(x);
@@ -380,7 +384,8 @@ fn steps_are_solved_whatever_the_preconditioner_weighs() {
         for mass in [Mass::Identity, Mass::Diagonal(vec![2.0; 20])] {
             let field = || AutoField::new(Graded(mass.clone()));
             let mut by_products =
-                LeastSquaresStep::with_solver(field(), Linear::METHOD_I, make(Scattered)).expect("usable");
+                LeastSquaresStep::with_solver(field(), Linear::METHOD_I, make(Powers { turn: 5, sign: 1 }))
+                    .expect("usable");
             let mut by_factors = method_i(field()).expect("usable");
             let (mut v, h) = (vec![1.0; 20], 0.05);
             for k in 0..10 {
@@ -392,6 +397,137 @@ fn steps_are_solved_whatever_the_preconditioner_weighs() {
                 assert!(exact.iter().all(|v| v.abs() <= 1.5), "t = {t}: {exact:?}");
                 v.iter().zip(&exact).for_each(|(a, b)| assert_abs_diff_eq!(*a, *b, epsilon = 12.2 * 1.5e-10));
             }
+        }
+    }
+}
+
+/// v̇_i = −λ_i (v_i − cos t + c v_{i−1}) in a ring, rates λ from 1 to 10⁴.
+struct Ring {
+    cells: usize,
+    coupling: f64,
+}
+
+impl Ring {
+    fn rate(&self, i: usize) -> f64 {
+        1e4 * ((i + 1) as f64 / self.cells as f64).powi(4)
+    }
+
+    fn jacobian(&self) -> DMatrix<f64> {
+        let before = |i: usize| (i + self.cells - 1) % self.cells;
+        DMatrix::from_fn(self.cells, self.cells, |i, j| {
+            let part = if i == j { 1.0 } else { 0.0 } + if j == before(i) { self.coupling } else { 0.0 };
+            -self.rate(i) * part
+        })
+    }
+}
+
+impl FieldFn for Ring {
+    fn dim(&self) -> usize {
+        self.cells
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        for (i, dv) in dv.iter_mut().enumerate() {
+            *dv = (v[i] - t.cos() + v[(i + self.cells - 1) % self.cells] * self.coupling) * -self.rate(i);
+        }
+    }
+}
+
+/// Newton's iteration with iteratively solved systems is held to the equations of each unknown, in stages and in closures with α ≠ 0.
+#[test]
+fn inexact_newton_steps_are_solved_whatever_the_preconditioner_weighs() {
+    let closure = || Linear::new(-0.5, 1.0).expect("weights");
+    let norm = |a: &DMatrix<f64>| a.row_iter().map(|row| row.lp_norm(1)).max_by(f64::total_cmp).expect("rows");
+    for (cells, turn, sign, h) in [3, 8, 20]
+        .into_iter()
+        .flat_map(|n| (1..=7).flat_map(move |k| [-1, 1].map(|s| (n, k, s))))
+        .flat_map(|(n, k, s)| [0.003, 0.03, 0.3].map(|h| (n, k, s, h)))
+    {
+        let ring = || Ring { cells, coupling: 0.3 };
+        let field = || AutoField::new(ring());
+        let solver = || Iterative::new(Powers { turn, sign });
+        let one = DMatrix::identity(cells, cells);
+        let b = &one - h * ring().jacobian();
+        // What equations that are off by their own scale times a number leave of unknowns, relative to it.
+        let stage = {
+            let scale = DMatrix::from_diagonal(&DVector::from_fn(cells, |i, _| b.row(i).amax()));
+            norm(&(b.clone().try_inverse().expect("regular") * scale))
+        };
+        let closed = {
+            let d = 0.5 * (&one + &b) + 0.5 * (&b - &one).transpose() + (&b - &one).transpose() * &b;
+            let scale =
+                DVector::from_fn(cells, |i, _| 0.5 * (1.0 + b[(i, i)].abs()) + 1.0 + b.column(i).norm_squared());
+            norm(&(d.try_inverse().expect("regular") * DMatrix::from_diagonal(&scale)))
+        };
+        let pairs: [[Box<dyn OneStep>; 2]; 2] = [
+            [
+                Box::new(RungeKutta::with_solver(field(), Tableau::implicit_euler(), solver()).expect("usable")),
+                Box::new(RungeKutta::new(field(), Tableau::implicit_euler()).expect("usable")),
+            ],
+            [
+                Box::new(LeastSquaresStep::with_solver(field(), closure(), solver()).expect("usable")),
+                Box::new(least_squares(field(), closure()).expect("usable")),
+            ],
+        ];
+        for (condition, [mut by_products, mut by_factors]) in [stage, closed].into_iter().zip(pairs) {
+            let start: Vec<f64> = (0..cells).map(|i| [1.0, 0.4, 1.7][i % 3]).collect();
+            let (mut exact, mut v, mut p) = (start.clone(), start.clone(), vec![0.0; cells]);
+            by_factors.step(0.0, h, &mut exact, &mut p).expect("regular");
+            p.fill(0.0);
+            let solved = by_products.step(0.0, h, &mut v, &mut p);
+            let said = format!("condition {condition}, n = {cells}, {turn} powers of {sign}, h = {h}: {solved:?}");
+            assert!(solved.is_ok(), "{said}");
+            let largest = exact.iter().chain(&start).fold(0.0, |most: f64, v| most.max(v.abs()));
+            // The tolerance of an iterative solver.
+            let bound = condition * 1e-10 * largest;
+            assert!(
+                v.iter().zip(&exact).all(|(a, b)| (a - b).abs() <= bound),
+                "{said}: {v:?} for {exact:?}, {bound:e}"
+            );
+        }
+    }
+}
+
+/// Of a field that declares to be linear as of one that does not.
+#[test]
+fn linear_steps_are_solved_whatever_the_preconditioner_weighs() {
+    struct Declared(Ring);
+    impl VectorField for Declared {
+        fn dim(&self) -> usize {
+            self.0.cells
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            self.0.rhs(t, v, dv);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            let a = self.0.jacobian();
+            (0..self.0.cells).for_each(|j| (0..self.0.cells).for_each(|i| out.add(i, j, scale * a[(i, j)])));
+        }
+    }
+    let norm = |a: &DMatrix<f64>| a.row_iter().map(|row| row.lp_norm(1)).max_by(f64::total_cmp).expect("rows");
+    for (cells, turn, sign) in
+        [3, 8, 20].into_iter().flat_map(|n| [4, 7].into_iter().flat_map(move |k| [-1, 1].map(|s| (n, k, s))))
+    {
+        for make in [Iterative::new, Iterative::lsmr] {
+            let (field, h) = (|| Declared(Ring { cells, coupling: 0.3 }), 0.03);
+            let b = DMatrix::identity(cells, cells) - h * field().0.jacobian();
+            let matrix = DMatrix::identity(cells, cells) + b.tr_mul(&b);
+            let scale = DMatrix::from_diagonal(&matrix.diagonal());
+            let condition = norm(&(matrix.try_inverse().expect("definite") * scale));
+            let mut by_products =
+                LeastSquaresStep::with_solver(field(), Linear::METHOD_I, make(Powers { turn, sign })).expect("usable");
+            let mut by_factors = method_i(field()).expect("usable");
+            let (mut exact, mut v) = (vec![1.0; cells], vec![1.0; cells]);
+            by_factors.step(0.0, h, &mut exact, &mut vec![0.0; cells]).expect("regular");
+            by_products.step(0.0, h, &mut v, &mut vec![0.0; cells]).expect("definite");
+            // The tolerance of an iterative solver beside the largest component, 1 or less.
+            let bound = 1e-10 * condition * 1.01;
+            assert!(
+                v.iter().zip(&exact).all(|(a, b)| (a - b).abs() <= bound),
+                "{cells}, {turn}, {sign}: {v:?} {exact:?}"
+            );
         }
     }
 }
