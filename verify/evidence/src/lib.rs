@@ -11,7 +11,7 @@ pub use check::{Check, Outcome};
 pub use figure::{Axis, COLORS, Field, Figure, Mark, Panel, Series};
 pub use grid::{Grid, GridCell};
 pub use requirement::Requirement;
-pub use table::{Cell, Table};
+pub use table::{Cell, Table, is_plain};
 
 use serde::Serialize;
 

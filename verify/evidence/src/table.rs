@@ -6,6 +6,12 @@ use serde::Serialize;
 
 use super::{Mark, Series};
 
+/// Whether a character may stand in an identifier, which serves as a file stem and an anchor.
+#[must_use]
+pub fn is_plain(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "-_.".contains(c)
+}
+
 /// A table; also written as `data/<id>.csv` at full precision.
 #[derive(Debug, Clone, Serialize, speedy::Readable, speedy::Writable)]
 pub struct Table {

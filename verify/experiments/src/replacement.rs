@@ -21,12 +21,15 @@ fn unwritten() -> MutexGuard<'static, Vec<PathBuf>> {
     BESIDE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all that is not committed, before a process ends that drops nothing.
-pub fn discard_all() {
-    for path in unwritten().drain(..) {
+/// Removes all that is not committed, before a process ends that drops nothing. Nothing is begun any more while what it returns is kept.
+#[must_use]
+pub fn discard_all() -> impl Sized {
+    let mut unwritten = unwritten();
+    for path in unwritten.drain(..) {
         // What has taken its place is no longer there.
         let _ = std::fs::remove_file(path);
     }
+    unwritten
 }
 
 /// What is wrong with a directory, without the name of the file beside the target, which means nothing to a user.
@@ -60,8 +63,9 @@ impl Replacement {
         // Whoever the user's mask allows to may read it, as with any file.
         #[cfg(unix)]
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+        let mut unwritten = unwritten();
         let file = builder.tempfile_in(directory).map_err(without_path)?;
-        unwritten().push(file.path().to_owned());
+        unwritten.push(file.path().to_owned());
         Ok(Self(Kind::Beside(file, target)))
     }
 

@@ -645,18 +645,20 @@ fn what_comes_back_from_a_small_size_is_followed_with_an_absolute_tolerance_besi
     assert!(atol.len() == 1 && atol[0] < 1e-6 * tried.trials[0].setting, "{:?}", tried.trials);
 }
 
-/// Of van der Pol's equation, whose components are least where they turn back, one absolute tolerance for both takes less work than those
-/// beside their least sizes.
+/// Of van der Pol's equation, whose components are least where they turn back, one absolute tolerance for both takes less work at some accuracies,
+/// and at others those beside their least sizes, which have larger tolerances for the same.
 #[test]
 fn of_two_absolute_tolerances_the_cheaper_one_is_tried() {
     let problem = problem::build("van-der-pol", &[]).expect("registered");
     let horizon = duration(&*problem).expect("it turns");
-    let tried =
-        try_out(&*problem, horizon, (1e-5, Held::to(1e-5)), [&[], &[]], &along(&*problem, horizon), &mut |_| {})
-            .expect("registered")
-            .expect("it is followed");
-    let trial = &tried.trials[0];
-    assert_eq!((tried.trials.len(), trial.atol.as_deref()), (1, Some(&[trial.setting][..])), "{trial:?}");
+    let counts = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7].map(|accuracy| {
+        let held = (accuracy, Held::to(accuracy));
+        let tried = try_out(&*problem, horizon, held, [&[], &[]], &along(&*problem, horizon), &mut |_| {});
+        let trials = tried.expect("registered").expect("it is followed").trials;
+        assert_eq!(trials.len(), 1, "{trials:?}");
+        trials[0].atol.as_ref().map(Vec::len)
+    });
+    assert!(counts.contains(&Some(1)) && counts.contains(&Some(2)), "{counts:?}");
 }
 
 /// Infected come back from parts of 10⁻²³, below the tolerance of a run of a solution of order one, which ends or goes another way there. The
@@ -973,4 +975,28 @@ fn what_is_said_of_matrices_holds_at_all_times_and_for_small_rates() {
     let later = of("u_i { x = 0.1 } F_i { (t - 1)*x }");
     assert!(!later.is_contractive() && !later.is_autonomous);
     assert!(!of("u_i { x = 1 } F_i { heaviside(t - 1.3)*heaviside(1.7 - t) - x }").is_autonomous);
+}
+
+/// Errors that fall, but for one that is small by chance; the work of each is told beside it.
+#[test]
+fn a_tolerance_whose_successor_fails_is_passed_over() {
+    let trial = |rtol: f64, cost: f64| Trial {
+        method: "adaptive".into(),
+        setting: rtol,
+        atol: None,
+        longest: None,
+        is_strict: false,
+        steps: 1,
+        error: 0.0,
+        times: Vec::new(),
+        cost,
+        falls: None,
+    };
+    let found = |reached: &[(f64, f64)]| {
+        let reaches = |rtol: &f64| reached.iter().find(|(at, _)| at == rtol).map(|(at, cost)| trial(*at, *cost));
+        first_lasting(&[4.0, 3.0, 2.0, 1.0], reaches).map(|trial| trial.setting)
+    };
+    assert_eq!(found(&[(4.0, 1.0), (2.0, 5.0), (1.0, 6.0)]), Some(2.0));
+    assert_eq!(found(&[(3.0, 5.0), (2.0, 4.0), (1.0, 1.0)]), Some(2.0));
+    assert_eq!([found(&[(4.0, 1.0), (1.0, 2.0)]), found(&[(4.0, 1.0)])], [Some(1.0), None]);
 }

@@ -2,7 +2,7 @@
 
 use super::parts::scope;
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Grid, Outcome, Requirement, Table};
+use crate::evidence::{Cell, Check, Evidence, Grid, Outcome, Requirement, Table, is_plain};
 use crate::experiment::cross_check::{Compared, Comparison, CrossChecks, SAMPLES, Standing};
 use crate::measure::decimal::plain;
 
@@ -38,7 +38,12 @@ pub fn evidence(comparison: &Comparison) -> Evidence {
     let rows = comparison.solvers.iter().map(row).collect();
     Evidence {
         checks: comparison.solvers.iter().map(|compared| check(name, compared)).collect(),
-        tables: vec![Table::new(format!("cross-check-{name}"), caption, columns, rows)],
+        tables: vec![Table::new(
+            format!("cross-check-{}", name.replace(|c| !is_plain(c), "-")),
+            caption,
+            columns,
+            rows,
+        )],
         notes: comparison.notes.clone(),
         ..Evidence::default()
     }
@@ -129,6 +134,14 @@ fn caption(grid: &Grid) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A model is named after its file.
+    #[test]
+    fn the_table_of_any_name_is_a_file() {
+        let (solvers, notes) = (Vec::new(), Vec::new());
+        let comparison = Comparison { problem: "(a b)".into(), horizon: 1.0, solvers, notes };
+        assert_eq!(evidence(&comparison).tables[0].id, "cross-check--a-b-");
+    }
 
     /// What is printed as required is what was: the outcome follows from it wherever the bound resolves the truth.
     #[test]

@@ -30,9 +30,10 @@ comes near, and against these again at the times of what is recommended. The
 cheapest whose errors fall with the order of its method is recommended, with the
 step size and the error that were found; where an error is small by chance, so
 that those of shorter steps do not fall with the order, half the step is tried
-too. Work is counted in evaluations of f, a matrix as many as it has columns
-that differ. A run is no trial if its rows go less than half as far from the
-start as the solution does.
+too, and the tolerance after the one advised, a third of it, keeps the accuracy.
+Work is counted in evaluations of f, a matrix as many as it has columns that
+differ. A run is no trial if its rows go less than half as far from the start as
+the solution does.
 
 The tolerance of radau-adaptive in the table is the relative one. The absolute
 one is the same number, or the relative one times the least amplitude that each

@@ -132,7 +132,7 @@ pub(super) fn program(command: &str, seconds: u64) -> Result<Program, Failure> {
 pub(super) fn clean_up_when_interrupted() {
     let interrupted = || {
         program::end_all();
-        replacement::discard_all();
+        let _nothing_more = replacement::discard_all();
         // As a shell reports a process that ended by SIGINT.
         std::process::exit(130);
     };

@@ -109,10 +109,10 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     }
     // Before the studies, so that a mistake in the file does not cost their time.
     let model = args.model.as_ref().map(|path| Model::load(path, &args.set, args.t_end)).transpose()?;
-    // And a report that cannot be written does not cost it either.
-    report::prepare(&args.out)?;
     // It may be the very file that this run is going to replace.
     let earlier = args.compare.as_ref().map(|path| Earlier::read(path)).transpose()?;
+    // And a report that cannot be written does not cost it either.
+    report::prepare(&args.out)?;
     finish(args, chapters(&studies, model.as_ref()), provenance(), earlier.as_ref(), out)
 }
 
@@ -138,8 +138,8 @@ fn join(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         parts.extend(Part::read_all(directory)?);
     }
     let (chapters, provenance) = report::merge(parts)?;
-    report::prepare(&args.out)?;
     let earlier = args.compare.as_ref().map(|path| Earlier::read(path)).transpose()?;
+    report::prepare(&args.out)?;
     finish(args, chapters, provenance, earlier.as_ref(), out)
 }
 

@@ -85,9 +85,10 @@ what it keeps or keeps what it damps, steps that do not see how f changes in
 time, errors of an adaptive method beyond all that its tolerances allow, a
 solution that is smaller than the absolute one; where none of these is found,
 an error that other solvers tell and the estimate does not. Derivatives are
-looked at up to 64 unknowns, other solvers asked of models up to 256, if they
-are done soon. A place at which f acts for much less than a step may be passed
-over by the run, its finer one and those solvers alike.
+looked at up to 64 unknowns, of invariants of more the sum of all components
+alone; other solvers are asked of models up to 256, if they are done soon. A
+place at which f acts for much less than a step may be passed over by the run,
+its finer one and those solvers alike.
 
 The steps of radau-adaptive are chosen by an estimate of lower order, held to a
 tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
@@ -469,8 +470,8 @@ impl<'a> Solve<'a> {
         let n = self.problem.ode().dim();
         (n > equation::DENSE && self.problem.facts().model.is_some()).then(|| {
             format!(
-                "of {n} unknowns, more than {}, no derivatives are looked at: steps that amplify or damp what the equation does not, and rests \
-                 where it is unstable, are not told{}",
+                "of {n} unknowns, more than {}, no derivatives are looked at: steps that amplify or damp what the equation does not, rests \
+                 where it is unstable, and linear invariants that are broken, but for the sum of all components, are not told{}",
                 equation::DENSE,
                 if n > beside::MOST { "; nor are errors that other solvers tell" } else { "" }
             )

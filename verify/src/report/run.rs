@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::bibliography;
 use super::comparison::{Comparison, Earlier};
-use crate::evidence::{Cell, Check, Evidence, Outcome, Panel};
+use crate::evidence::{Cell, Check, Evidence, Outcome, Panel, is_plain};
 
 /// What one study contributed.
 #[derive(Debug, Clone, Default, speedy::Readable, speedy::Writable)]
@@ -210,10 +210,7 @@ fn make_unique(chapters: &mut [Chapter]) -> Vec<String> {
 }
 
 fn odd_ids(chapters: &[Chapter]) -> Vec<String> {
-    let is_plain = |id: &str| {
-        id.starts_with(|c: char| c.is_ascii_alphanumeric())
-            && id.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
-    };
+    let serves = |id: &str| id.starts_with(|c: char| c.is_ascii_alphanumeric()) && id.chars().all(is_plain);
     let tables = chapters.iter().flat_map(|chapter| &chapter.evidence.tables).map(|table| &table.id);
     let sections = chapters.iter().flat_map(|chapter| &chapter.evidence.sections).map(|section| &section.id);
     chapters
@@ -221,7 +218,7 @@ fn odd_ids(chapters: &[Chapter]) -> Vec<String> {
         .map(|chapter| &chapter.id)
         .chain(tables)
         .chain(sections)
-        .filter(|id| !is_plain(id))
+        .filter(|id| !serves(id))
         .map(|id| format!("`{id}`"))
         .collect()
 }

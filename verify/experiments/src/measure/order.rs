@@ -346,7 +346,8 @@ pub fn fit_freely(samples: &[Sample], band: f64) -> OrderFit {
     OrderFit { line: Some(line), verdict: Verdict::Measured, reason, ..found }
 }
 
-/// How far `slope` is from where local slopes go that rise or fall with every step, as those of e = C hᵖ(1 + a h) do; 0 of others.
+/// How far `slope` is from where local slopes go that rise or fall with every step, as those of e = C hᵖ(1 + a h) do, for small a h alone in proportion to
+/// h: what is left beyond the finest may be half as much again. 0 of others.
 fn drifted(slopes: &[LocalSlope], slope: f64) -> f64 {
     let [coarsest, .., finest] = slopes else { return 0.0 };
     let moves =
@@ -355,7 +356,7 @@ fn drifted(slopes: &[LocalSlope], slope: f64) -> f64 {
         return 0.0;
     }
     let still = (finest.slope - coarsest.slope) / (coarsest.fine / finest.fine - 1.0);
-    (finest.slope + still - slope).abs()
+    (finest.slope + 1.5 * still - slope).abs()
 }
 
 /// Step sizes for an order study over `horizon`, coarse to fine: h_k ≈ `coarsest`·`ratio`^{−k}, each dividing the horizon,

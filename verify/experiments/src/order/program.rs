@@ -329,11 +329,12 @@ impl Study<'_> {
         let (start, line) = (local.line.filter(|_| local.verdict == Verdict::Measured)?, fit.line?);
         // A step of order p has a local error of order p + 1; one of order p starts a method of order p.
         let lowers = self.ladder.expected.is_none_or(|order| line.slope < order - self.band());
-        (lowers && start.slope < line.slope + 0.5).then(|| {
+        // An error that stands whatever the step is no start's, which leaves h at least.
+        (lowers && start.slope > 0.5 && start.slope < line.slope + 0.5).then(|| {
             let condition = if self.ladder.expected.is_some() { "" } else { ", if the method's own is higher" };
             format!(
                 "the first step has an error of order {:.2}, and what follows {:.2}: a starting procedure limits the \
-                 order{condition}",
+                 order{condition}, or stiffness lowers that of every step",
                 start.slope, line.slope
             )
         })
@@ -486,13 +487,14 @@ mod tests {
         }
         let note = told(1.0, full, None, &of_order(2.0)).expect("it limits the order");
         assert!(
-            note.contains("an error of order 2.00, and what follows 2.00") && note.ends_with("own is higher"),
+            note.contains("an error of order 2.00, and what follows 2.00")
+                && note.contains("own is higher, or stiffness"),
             "{note}"
         );
         // What has the order that is expected is not limited.
         let by = [2.0, 2.05, 2.2, 4.0].map(|expected| told(1.0, full, Some(expected), &of_order(2.0)));
         assert_eq!([true, true, false, false], by.each_ref().map(Option::is_none));
-        assert!(by.iter().flatten().all(|note| note.ends_with("limits the order")), "{by:?}");
+        assert!(by.iter().flatten().all(|note| note.contains("limits the order, or stiffness")), "{by:?}");
         // Of what digits or roundings hide nothing is told.
         let digits = printed("0.123456");
         assert!(told(1.0, digits, None, &of_order(2.0)).is_some());

@@ -101,7 +101,8 @@ fn start_up(runs: &[(f64, &Answer)]) -> Option<(f64, f64)> {
         ((last - before).abs() <= SETTLED).then_some(last)
     };
     let (start, end) = (order(|pair| pair.start)?, order(|pair| pair.end)?);
-    (start < end + 0.5).then_some((start, end))
+    // An error that stands whatever the step is no start's, which leaves h at least.
+    (start > 0.5 && start < end + 0.5).then_some((start, end))
 }
 
 /// Two runs beside each other.

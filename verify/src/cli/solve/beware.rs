@@ -5,6 +5,7 @@ mod past;
 mod rest;
 mod sign;
 mod step;
+mod total;
 
 use verify::measure::norm::{Extremes, max_norm};
 use verify::method::Method;
@@ -16,6 +17,7 @@ use crate::cli::layout::{number, plain};
 use invariants::Rates;
 use past::Past;
 use sign::Signs;
+use total::Total;
 
 /// A change below this part of what f moves, or of the solution, is none.
 const REST: f64 = 1e-6;
@@ -59,6 +61,7 @@ pub(super) struct Watch {
     /// Rows since the first that is not zero.
     rows: usize,
     rates: Rates,
+    total: Total,
     signs: Signs,
     /// The first step across which the solution leaves its scale behind, by its end and the size before and after.
     leap: Option<(f64, [f64; 2])>,
@@ -70,8 +73,12 @@ impl Watch {
     pub(super) fn add(&mut self, problem: &dyn Problem, method: &dyn Method, row: Row) {
         let (ode, largest) = (problem.ode(), self.past.largest);
         self.past.add(&row);
-        if self.past.is_small() && ode.dim() == row.state.len() {
-            self.rates.add(ode, row.t, row.state);
+        if ode.dim() == row.state.len() {
+            if self.past.is_small() {
+                self.rates.add(ode, row.t, row.state);
+            } else {
+                self.total.add(ode, row.t, row.state);
+            }
         }
         if self.past.has_steps_of(ode) {
             if self.past.is_small() {
@@ -144,7 +151,10 @@ impl Watch {
                 .or_else(|| past.lags(problem, method))
         };
         let stuck = past.rests_by_method_alone(problem).or_else(|| past.is_small().then(by_derivatives).flatten());
-        let broken = past.is_small().then(|| self.rates.broken(past, problem, stuck.is_some())).flatten();
+        let broken = match past.is_small() {
+            true => self.rates.broken(past, problem, stuck.is_some()),
+            false => self.total.broken(past, problem),
+        };
         (ended.into_iter().chain(self.signs.told(problem)).chain(stuck).collect(), broken)
     }
 }

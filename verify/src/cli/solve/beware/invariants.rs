@@ -10,7 +10,7 @@ use crate::cli::layout::number;
 use crate::cli::solve::equation::jacobian;
 
 /// Times of a run at which f is asked, where it depends on time.
-const LOOKS: u32 = 1024;
+pub(super) const LOOKS: u32 = 1024;
 
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
 const NULL: f64 = 1e-13;
@@ -102,7 +102,7 @@ fn is_part(w: f64, scale: f64) -> bool {
 }
 
 /// A state of this size that is none in particular.
-fn point_beside(size: f64, n: usize) -> Vec<f64> {
+pub(super) fn point_beside(size: f64, n: usize) -> Vec<f64> {
     (0..n).map(|i| size * (1.0 + 0.5 * ((i + 1) as f64).sin())).collect()
 }
 
