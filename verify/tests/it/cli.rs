@@ -1247,6 +1247,27 @@ fn a_broken_invariant_is_told_with_what_the_sum_that_is_shown_changed_by() {
     }
 }
 
+/// Of 66 components the sum is watched, in the CSV's footer too; a Runge–Kutta method keeps it.
+#[test]
+fn a_broken_sum_of_many_components_is_told() {
+    let path = directory("total").join("pairs.ds");
+    let all = |of: &dyn Fn(usize) -> String| (0..33).map(of).collect::<Vec<_>>().join(", ");
+    let start = all(&|k| format!("x{k} = 1, y{k} = 0"));
+    let rates = all(&|k| format!("-x{k} * x{k}, x{k} * x{k}"));
+    fs::write(&path, format!("u_i {{ {start} }}\nF_i {{ {rates} }}\n")).expect("writable");
+    let model = path.to_str().expect("UTF-8");
+    let told = |method: &str| {
+        let command = format!("solve --model {model} --method {method} --h 0.5 --t-end 2 --csv -");
+        let (_, text, error) = say(&command);
+        let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
+        let is_told =
+            |text: &str| text.contains("the equation conserves the sum of all components, and the run changed it by");
+        assert!(error.contains("but for the sum of all components, are not told"), "{error}");
+        [is_told(&error), is_told(&text)]
+    };
+    assert_eq!([told("method-i"), told("sdirk2")], [[true; 2], [false; 2]]);
+}
+
 #[test]
 fn what_stability_costs_an_explicit_method_is_told() {
     let (_, text, _) = say("advise --problem linear-drag --set lambda=1000");
