@@ -33,7 +33,7 @@ use crate::closure::{Linear, LinearClosure};
 use crate::discrete::Interval;
 use crate::error::{InputError, SolveError, StepError, SystemError, check_step_from, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
-use crate::linalg::{Jacobian, Structure, is_zero, max_norm};
+use crate::linalg::{Jacobian, Structure, is_zero};
 use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::Work;
 use crate::operator::StepOperator;
@@ -255,40 +255,6 @@ impl Equations {
         };
         Some((f0, start?))
     }
-
-    /// Whether v₁ = v₀ to half of the digits of the change h (f₀ + f₁)/2 that f asks for. Where α + β → 0 the condition is then
-    /// J₀ᵀ f₀ = 0: J is singular, and every solution is at rest. A stiff J moves v₁ by as little.
-    fn stands_still(
-        &self,
-        (system, closure): (&System<'_>, &Linear),
-        at: Interval,
-        v0: &[f64],
-        v1: &[f64],
-        change: &mut [f64],
-    ) -> bool {
-        let Some((f0, start)) = self.start() else { return false };
-        let half = f64::EPSILON.sqrt();
-        change.fill(0.0);
-        system.mass.add_difference(1.0, v1, v0, change);
-        let moved = max_norm(change);
-        if moved > 4.0 * half * at.h * max_norm(f0) {
-            return false;
-        }
-        // At a steady state f is the rounding of its terms and of v.
-        change.fill(0.0);
-        system.mass.for_each(v0.len(), |i, j, m| change[i] += (m * v0[j]).abs());
-        start.for_each(|i, j, x| change[i] += (at.h * x * v0[j]).abs());
-        let terms = max_norm(change);
-        if at.h * max_norm(f0) <= half * terms {
-            return false;
-        }
-        system.field.rhs(at.start + at.h, v1, change);
-        change.iter_mut().zip(f0).for_each(|(sum, f)| *sum += f);
-        let asked = 0.5 * at.h * max_norm(change);
-        asked > half * terms
-            && moved <= 4.0 * half * asked
-            && !rank::is_stiff(system, closure.weights(at.h), at.h, (f0, start))
-    }
 }
 
 /// Whether the condition of the closure leaves a step from `v` open, which is no rest.
@@ -389,8 +355,7 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             declared.check_end(&system(), at, next, step.end_forcing()).map_err(failed)?;
         }
         if !closure.has_limit()
-            && (self.equations.stands_still((&system(), closure), at, v, next, &mut self.rate)
-                || is_undetermined(&mut self.rank, &self.equations, (mass, closure), at, v, &mut self.rate))
+            && is_undetermined(&mut self.rank, &self.equations, (mass, closure), at, v, &mut self.rate)
         {
             return Err(failed(SolveError::Singular));
         }

@@ -3,9 +3,8 @@
 //! As h → 0 their condition is KᵀM⁻¹(r₀ + r₁) = 0 with K = 2(α + β)/h M + (α − β) J, for Method II −2J. Along a left null vector of K the
 //! residual is free, and with it the step: v₁ is what the curvature of f and roundings make of it.
 
-use super::System;
 use crate::discrete::MomentumWeights;
-use crate::linalg::{Jacobian, NumericalRank, ROUNDINGS, Structure, max_norm};
+use crate::linalg::{Jacobian, NumericalRank, ROUNDINGS, Structure};
 use crate::mass::Mass;
 
 /// Whether each component of f is the rounding of its own terms, those of J v, as in a state of rest, whatever the units; into `terms`, the
@@ -14,21 +13,6 @@ pub(super) fn is_at_rest(f: &[f64], jacobian: &Jacobian, v: &[f64], terms: &mut 
     terms.fill(0.0);
     jacobian.for_each(|i, j, x| terms[i] += (x * v[j]).abs());
     f.iter().zip(terms).all(|(f, terms)| f.abs() <= ROUNDINGS * f64::EPSILON * *terms)
-}
-
-/// Whether h |KᵀM⁻¹f| > |M⁻¹f|: K determines a change that is a small part of h f, as it does of a stiff system.
-#[cold]
-pub(super) fn is_stiff(
-    system: &System<'_>,
-    weights: MomentumWeights,
-    h: f64,
-    (f, jacobian): (&[f64], &Jacobian),
-) -> bool {
-    let mut rate = f.to_vec();
-    system.mass_inverse.solve(&mut rate);
-    let mut condition: Vec<f64> = f.iter().map(|f| 2.0 * (weights.alpha + weights.beta) * f).collect();
-    jacobian.for_each(|i, j, x| condition[j] += h * (weights.alpha - weights.beta) * x * rate[i]);
-    max_norm(&condition) > max_norm(&rate)
 }
 
 /// K with its work space.
