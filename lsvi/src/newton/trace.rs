@@ -5,13 +5,13 @@ use crate::error::SolveError;
 
 /// The next step size beside the last one.
 const SHORTER: f64 = 0.5;
-/// How far a root may be from where the line through the last two leads, in the same terms: another branch is further away.
+/// How far a root may be from where the line through the last two leads, in terms of how far it is from the origin: another branch is further away.
 const BESIDE: f64 = 0.1;
-/// How near to the origin the line leads, in terms of how far the branch is from there.
+/// How near to the origin the line leads, in the same terms.
 const NEAR: f64 = 0.02;
 /// The least that the next one may be shorter by.
 const LEAST: f64 = 1e-6;
-/// Roots that are looked for on the way back: stiffness of 2 to the power of a quarter of them.
+/// Roots that are looked for on the way back, those that are too far off included: a branch of rate λ begins after log₂(hλ) of them.
 const ROOTS: u32 = 200;
 
 impl Newton {
