@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::{InputError, SystemError, check_length, check_vector};
 use crate::integrator::State;
-use crate::linalg::{Cholesky, FactorError, Jacobian, Lu};
+use crate::linalg::{Cholesky, Entry, FactorError, Jacobian, Lu};
 use crate::operator::check_product;
 use crate::pool::Pool;
 use crate::vector_field::VectorField;
@@ -168,10 +168,17 @@ impl Mass {
     }
 
     /// Adds `scale` M x to `out`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn mul_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
         match self {
             Self::Identity => out.iter_mut().zip(x).for_each(|(o, x)| *o += scale * x),
+            _ => self.add_product(scale, x, out),
+        }
+    }
+
+    /// [`mul_add`](Self::mul_add) of an M that is not the identity; apart, so that loops with that are short.
+    fn add_product(&self, scale: f64, x: &[f64], out: &mut [f64]) {
+        match self {
             Self::Operator(m) => m.add_product(scale, |i| x[i], out),
             _ => self.for_each(out.len(), |i, j, m| out[i] += scale * m * x[j]),
         }
@@ -185,6 +192,14 @@ impl Mass {
             Self::Diagonal(m) => m.iter().enumerate().for_each(|(i, &m)| visit(i, i, m)),
             Self::Matrix(m) => m.for_each(visit),
             Self::Operator(_) => {}
+        }
+    }
+
+    /// Adds `scale` M, of order `dim`, to a matrix that was assigned.
+    pub(crate) fn shift<T: Entry>(&self, dim: usize, scale: T, lu: &mut Lu<T>) {
+        match self {
+            Self::Identity => lu.shift(dim, scale),
+            _ => self.for_each(dim, |i, j, m| lu.add(i, j, scale * T::from(m))),
         }
     }
 }

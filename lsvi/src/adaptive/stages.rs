@@ -54,6 +54,8 @@ pub(super) struct StageSystem {
     rhs: Vec<Complex<f64>>,
     /// Whether the Jacobian is that of the present state.
     pub(super) is_current: bool,
+    /// Whether the iteration converged well with it.
+    is_kept: bool,
     /// Step size and number of stages that the factors belong to, unless they serve no more.
     factored: Option<(f64, usize)>,
     /// Whether the next factors are the first ones of sparse matrices, which allocate.
@@ -69,13 +71,14 @@ impl StageSystem {
             is_fresh: matches!(jacobian.structure(), Structure::Sparse(_)),
             jacobian,
             is_current: false,
+            is_kept: false,
             factored: None,
         }
     }
 
     /// Leaves the state that the Jacobian is of; its factors go on to serve if they are kept.
     pub(super) fn leave(&mut self, keeps: bool) {
-        self.is_current = false;
+        (self.is_current, self.is_kept) = (false, keeps);
         self.factored.take_if(|_| !keeps);
     }
 
@@ -115,7 +118,7 @@ impl StageSystem {
     }
 
     /// Builds the factors for steps of size `h` with the Jacobian at (t, v), unless there are some that serve: an old
-    /// Jacobian slows the iteration, and a new one is seldom dear beside its factors.
+    /// Jacobian slows the iteration, but for a linear f, and a new one is seldom dear beside its factors.
     pub(super) fn prepare<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
@@ -126,23 +129,27 @@ impl StageSystem {
         if self.factored.is_some_and(|(factored, s)| s == S && (factored - h).abs() <= SAME * h) {
             return Ok(());
         }
-        if !self.is_current {
+        let serves = self.is_current || (self.is_kept && field.is_linear());
+        if !serves {
             self.set_jacobian(field, t, v);
         }
         work.factorizations += 1;
         self.factored = None;
         let gamma = c.gamma / h;
         self.real.assign(&self.jacobian, |x| -x)?;
-        mass.for_each(v.len(), |i, j, m| self.real.add(i, j, gamma * m));
-        self.real.decompose().map_err(|error| self.jacobian.blame(error))?;
+        mass.shift(v.len(), gamma, &mut self.real);
         // The first sparse ones for every pair there may be: they allocate, and a rise of the order must not.
         let pairs = if self.is_fresh { self.complex.len() } else { S / 2 };
         self.is_fresh = false;
+        let mut real = Some(&mut self.real);
         for (lu, pair) in self.complex.iter_mut().zip(c.pairs.iter().cycle()).take(pairs) {
-            let pair = pair / h;
             lu.assign(&self.jacobian, |x| Complex::from(-x))?;
-            mass.for_each(v.len(), |i, j, m| lu.add(i, j, pair * m));
-            lu.decompose()?;
+            mass.shift(v.len(), pair / h, lu);
+            let factored = match real.take() {
+                Some(real) => real.decompose_both(lu),
+                None => lu.decompose(),
+            };
+            factored.map_err(|error| self.jacobian.blame(error))?;
         }
         self.factored = Some((h, S));
         Ok(())
@@ -153,14 +160,17 @@ impl StageSystem {
         let n = size::<N>(single.len());
         let (w, single, rhs) = (&mut w[..n], &mut single[..n], &mut self.rhs[..n]);
         single.iter_mut().zip(&*w).for_each(|(x, w)| *x = w[0]);
-        self.real.solve(single);
-        w.iter_mut().zip(&*single).for_each(|(w, x)| w[0] = *x);
         for (p, lu) in self.complex.iter_mut().take(S / 2).enumerate() {
             let (re, im) = (2 * p + 1, 2 * p + 2);
             rhs.iter_mut().zip(&*w).for_each(|(x, w)| *x = Complex::new(w[re], w[im]));
-            lu.solve(rhs);
+            if p == 0 {
+                self.real.solve_both(single, lu, rhs);
+            } else {
+                lu.solve(rhs);
+            }
             w.iter_mut().zip(&*rhs).for_each(|(w, x)| (w[re], w[im]) = (x.re, x.im));
         }
+        w.iter_mut().zip(&*single).for_each(|(w, x)| w[0] = *x);
     }
 }
 
@@ -200,16 +210,18 @@ impl Stages {
     pub(super) fn iterate<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
-        Equations { field, mass, tolerances, latest, part }: &Equations<'_, impl VectorField>,
+        equations: &Equations<'_, impl VectorField>,
         system: &mut StageSystem,
         (t, h, v): (f64, f64, &[f64]),
         work: &mut Work,
     ) -> Iteration {
+        let Equations { field, mass, tolerances, latest, part } = *equations;
         // Where the dimension of the field is a constant, so are the lengths.
         let (n, limit) = (field.dim(), iterations(S));
         let v = &v[..n];
         // θ/(1 − θ) as soon as there are two increments. That of the last step tells nothing here: the Jacobian is older by a step.
-        let mut contraction = 1.0;
+        // One increment solves a linear f, but for what the step sizes of the factors and of the step may differ by.
+        let mut contraction = if field.is_linear() { SAME } else { 1.0 };
         let (mut last, mut rate) = (f64::INFINITY, 0.0_f64);
         for iteration in 1..=limit {
             work.residuals += 1;
@@ -218,7 +230,7 @@ impl Stages {
             let (stage, slope) = (&mut stage[..n], &mut slope[..n]);
             for i in 0..S {
                 stage.iter_mut().zip(v).zip(z).for_each(|((y, v), z)| *y = v + z[i]);
-                field.rhs((t + c.nodes[i] * h).min(*latest), stage, slope);
+                field.rhs((t + c.nodes[i] * h).min(latest), stage, slope);
                 stage.iter_mut().zip(z).for_each(|(x, z)| *x = dot(&c.inverse[i], z));
                 mass.mul_add(-h.recip(), stage, slope);
                 f.iter_mut().zip(&*slope).for_each(|(f, slope)| f[i] = *slope);
@@ -233,7 +245,8 @@ impl Stages {
             let size = size.min(f64::MAX);
             // Increments of a few roundings do not shrink any more.
             let goal = (GOAL * part).max(10.0 * f64::EPSILON * root_mean(rounding, n));
-            if last.is_finite() {
+            let is_measured = last.is_finite();
+            if is_measured {
                 let ratio = size / last;
                 rate = if rate == 0.0 { ratio } else { (ratio * rate).sqrt() };
                 if rate >= 0.99 {
@@ -249,7 +262,12 @@ impl Stages {
             // The measure of the next increments is another one where components have left zero.
             last = if has_new { f64::INFINITY } else { size.max(f64::MIN_POSITIVE) };
             if contraction * size <= goal && !has_new {
-                return Iteration::Converged { rate, iterations: iteration };
+                // What is said to be linear is looked at, and iterated on where it is not, or not to these roundings.
+                let is_told = is_measured || size <= goal;
+                if is_told || self.left(c, equations, system, (t, h, v), work) <= goal {
+                    return Iteration::Converged { rate, iterations: iteration };
+                }
+                contraction = 1.0;
             }
         }
         Iteration::Slow { factor: 0.5 }
@@ -286,6 +304,32 @@ impl Stages {
             all.rounding += squared(size, over_tolerated);
         }
         all
+    }
+
+    /// The increment that the equation of the last stage, at the end of the step, asks for by itself, in units of what is tolerated.
+    fn left<const S: usize>(
+        &mut self,
+        c: &Coefficients<S>,
+        Equations { field, mass, tolerances, latest, .. }: &Equations<'_, impl VectorField>,
+        system: &mut StageSystem,
+        (t, h, v): (f64, f64, &[f64]),
+        work: &mut Work,
+    ) -> f64 {
+        work.residuals += 1;
+        let Self { z, stage, slope, single, .. } = self;
+        let z = z.as_chunks::<S>().0;
+        stage.iter_mut().zip(v).zip(z).for_each(|((y, v), z)| *y = v + z[S - 1]);
+        field.rhs((t + h).min(*latest), stage, single);
+        slope.iter_mut().zip(z).for_each(|(x, z)| *x = dot(&c.inverse[S - 1], z));
+        mass.mul_add(-h.recip(), slope, single);
+        system.real.solve(single);
+        let terms = single
+            .iter()
+            .zip(v)
+            .zip(&*stage)
+            .enumerate()
+            .map(|(k, ((x, v), end))| squared(*x, tolerances.of(k, v.abs().max(end.abs())).recip()));
+        root_mean(terms.sum(), v.len())
     }
 
     /// The embedded estimate in units of what it is held to; `is_cautious` filters it a second time where it is large.

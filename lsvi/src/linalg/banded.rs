@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::entry::Entry;
 use super::structure::Structure;
-use super::{FactorError, is_usable, row_scale, size};
+use super::{FactorError, is_usable, row_scale};
 
 /// A square band matrix, stored by columns: entry (i, j) is at `upper + i − j` of column j.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +30,11 @@ impl Band {
         Structure::Banded { lower: self.lower, upper: self.upper }
     }
 
+    /// Whether it has one diagonal beside its own on either side.
+    pub(super) fn is_tridiagonal(&self) -> bool {
+        (self.lower, self.upper) == (1, 1)
+    }
+
     pub(super) fn values(&self) -> &[f64] {
         &self.values
     }
@@ -49,8 +54,10 @@ impl Band {
 
     #[inline]
     fn index(&self, i: usize, j: usize) -> Option<usize> {
-        let inside = i < self.dim && j < self.dim && i <= j + self.lower && j <= i + self.upper;
-        inside.then(|| j * (self.lower + self.upper + 1) + self.upper + i - j)
+        let width = self.lower + self.upper + 1;
+        // Beyond the upper band it wraps, to no width.
+        let place = (self.upper + i).wrapping_sub(j);
+        (place < width && i < self.dim && j < self.dim).then(|| j * width + place)
     }
 
     #[inline]
@@ -160,10 +167,7 @@ impl<T: Entry> BandLu<T> {
     /// Factors the matrix in place.
     pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
         self.scale_rows()?;
-        match (self.lower, self.reach) {
-            (1, 2) => self.eliminate::<1, 2>(),
-            _ => self.eliminate::<0, 0>(),
-        }
+        self.eliminate()
     }
 
     /// Scales the rows to largest entries in [1, 2).
@@ -189,9 +193,9 @@ impl<T: Entry> BandLu<T> {
         Ok(())
     }
 
-    /// Gaussian elimination of the scaled rows; with constant bandwidths, unless they are 0.
-    fn eliminate<const LOWER: usize, const REACH: usize>(&mut self) -> Result<(), FactorError> {
-        let (n, lower, reach) = (self.dim, size::<LOWER>(self.lower), size::<REACH>(self.reach));
+    /// Gaussian elimination of the scaled rows.
+    fn eliminate(&mut self) -> Result<(), FactorError> {
+        let (n, lower, reach) = (self.dim, self.lower, self.reach);
         let height = lower + reach + 1;
         let mut last = 0;
         for j in 0..n {
@@ -237,15 +241,7 @@ impl<T: Entry> BandLu<T> {
     }
 
     pub(super) fn solve(&self, b: &mut [T]) {
-        match (self.lower, self.reach) {
-            (1, 2) => self.substitute::<1, 2>(b),
-            _ => self.substitute::<0, 0>(b),
-        }
-    }
-
-    /// [`solve`](Self::solve) with constant bandwidths, unless they are 0.
-    fn substitute<const LOWER: usize, const REACH: usize>(&self, b: &mut [T]) {
-        let (n, lower, reach) = (self.dim, size::<LOWER>(self.lower), size::<REACH>(self.reach));
+        let (n, lower, reach) = (self.dim, self.lower, self.reach);
         let height = lower + reach + 1;
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
             *x = x.scaled(*s);

@@ -61,7 +61,13 @@ impl<T: Entry> DenseLu<T> {
 
     /// The matrix of the images of the entries of `a`, to be factored.
     pub(super) fn assign(&mut self, a: &DMatrix<f64>, image: impl Fn(f64) -> T) {
-        self.factors.iter_mut().zip(a.iter()).for_each(|(x, a)| *x = image(*a));
+        self.factors.iter_mut().zip(a.as_slice()).for_each(|(x, a)| *x = image(*a));
+    }
+
+    /// Adds `x` to the diagonal of a matrix that was assigned.
+    pub(super) fn shift(&mut self, x: T) {
+        let next = self.row_scale.len() + 1;
+        self.factors.iter_mut().step_by(next).for_each(|entry| *entry += x);
     }
 
     pub(super) fn entry(&mut self, i: usize, j: usize) -> Option<&mut T> {
@@ -89,10 +95,7 @@ impl<T: Entry> DenseLu<T> {
             column.iter_mut().zip(&*scale).for_each(|(x, s)| *x = x.scaled(*s));
         }
         if n <= SMALL {
-            self.exchanges = eliminate::<T, N>(n, factors, &mut self.forward[..n]);
-            for (k, reciprocal) in self.reciprocals.iter_mut().enumerate() {
-                *reciprocal = T::from(1.0) / factors[k * n + k];
-            }
+            self.exchanges = eliminate::<T, N>(n, factors, &mut self.reciprocals, &mut self.forward[..n]);
         } else {
             let matrix = MatMut::from_column_major_slice_mut(factors, n, n);
             let stack = MemStack::new(&mut self.scratch);
@@ -169,9 +172,9 @@ impl DenseLu {
 
 /// Elimination in place by columns, with exchanges of whole rows; returns how many there were.
 #[inline]
-fn eliminate<T: Entry, const N: usize>(n: usize, a: &mut [T], rows: &mut [usize]) -> usize {
+fn eliminate<T: Entry, const N: usize>(n: usize, a: &mut [T], reciprocals: &mut [T], rows: &mut [usize]) -> usize {
     let n = size::<N>(n);
-    let (a, rows, mut exchanges) = (&mut a[..n * n], &mut rows[..n], 0);
+    let (a, reciprocals, rows, mut exchanges) = (&mut a[..n * n], &mut reciprocals[..n], &mut rows[..n], 0);
     for k in 0..n {
         let (mut pivot, mut largest) = (k, a[k * n + k].magnitude());
         for (i, x) in (k + 1..n).zip(&a[k * n + k + 1..(k + 1) * n]) {
@@ -187,6 +190,7 @@ fn eliminate<T: Entry, const N: usize>(n: usize, a: &mut [T], rows: &mut [usize]
         let (done, rest) = a.split_at_mut((k + 1) * n);
         let column = &mut done[k * n + k..];
         let inverse = T::from(1.0) / column[0];
+        reciprocals[k] = inverse;
         column[1..].iter_mut().for_each(|x| *x *= inverse);
         for target in rest.chunks_exact_mut(n) {
             let (head, tail) = target.split_at_mut(k + 1);

@@ -99,11 +99,15 @@ impl Jacobian {
     pub fn add(&mut self, i: usize, j: usize, x: f64) {
         match &mut self.entries {
             Entries::Dense(a) if i < a.nrows() && j < a.ncols() => a[(i, j)] += x,
+            Entries::Banded(a) => match a.get_mut(i, j) {
+                Some(entry) => *entry += x,
+                None => self.add_in_structure(i, j, x),
+            },
             Entries::Sparse(a) => match a.next_mut(i, j) {
                 Some(entry) => *entry += x,
                 None => self.add_in_structure(i, j, x),
             },
-            _ => self.add_in_structure(i, j, x),
+            Entries::Dense(_) => self.add_in_structure(i, j, x),
         }
     }
 

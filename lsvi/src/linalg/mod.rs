@@ -12,6 +12,7 @@ mod rank;
 mod size;
 mod sparse;
 mod structure;
+mod tridiagonal;
 
 pub use jacobian::Jacobian;
 pub use structure::{Pattern, Structure};
@@ -31,6 +32,7 @@ use banded::BandLu;
 use dense::DenseLu;
 use jacobian::Entries;
 use sparse::SparseLu;
+use tridiagonal::TridiagonalLu;
 
 /// Why a matrix has no usable factors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +65,7 @@ impl From<FactorError> for SolveError {
 #[derive(Debug)]
 pub(crate) enum Lu<T: Entry = f64> {
     Dense(DenseLu<T>),
+    Tridiagonal(TridiagonalLu<T>),
     Banded(BandLu<T>),
     Sparse(Box<SparseLu<T>>),
 }
@@ -72,6 +75,7 @@ impl<T: Entry> Lu<T> {
     pub(crate) fn of(a: &Jacobian) -> Self {
         match a.entries() {
             Entries::Dense(a) => Self::Dense(DenseLu::new(a.nrows())),
+            Entries::Banded(a) if a.is_tridiagonal() => Self::Tridiagonal(TridiagonalLu::new(a.dim())),
             Entries::Banded(a) => Self::Banded(BandLu::new(a)),
             Entries::Sparse(a) => Self::Sparse(Box::new(SparseLu::new(a))),
         }
@@ -83,7 +87,8 @@ impl<T: Entry> Lu<T> {
         a.check_structure()?;
         match (&mut *self, a.entries()) {
             (Self::Dense(lu), Entries::Dense(a)) => lu.assign(a, image),
-            (Self::Banded(lu), Entries::Banded(a)) => lu.assign(a, image),
+            (Self::Tridiagonal(lu), Entries::Banded(a)) if a.is_tridiagonal() => lu.assign(a, image),
+            (Self::Banded(lu), Entries::Banded(a)) if !a.is_tridiagonal() => lu.assign(a, image),
             (Self::Sparse(lu), Entries::Sparse(a)) => lu.assign(a, image),
             _ => {
                 *self = Self::of(a);
@@ -98,6 +103,7 @@ impl<T: Entry> Lu<T> {
     pub(crate) fn add(&mut self, i: usize, j: usize, x: T) {
         let entry = match self {
             Self::Dense(lu) => lu.entry(i, j),
+            Self::Tridiagonal(lu) => lu.entry(i, j),
             Self::Banded(lu) => lu.entry(i, j),
             Self::Sparse(lu) => lu.entry(i, j),
         };
@@ -106,12 +112,41 @@ impl<T: Entry> Lu<T> {
         }
     }
 
+    /// Adds `x` to the diagonal of a matrix of order n that was assigned.
+    pub(crate) fn shift(&mut self, n: usize, x: T) {
+        match self {
+            Self::Dense(lu) => lu.shift(x),
+            Self::Tridiagonal(lu) => lu.shift(x),
+            Self::Banded(_) | Self::Sparse(_) => (0..n).for_each(|i| self.add(i, i, x)),
+        }
+    }
+
     /// Factors the matrix that was assigned.
     pub(crate) fn decompose(&mut self) -> Result<(), FactorError> {
         match self {
             Self::Dense(lu) => lu.decompose(),
+            Self::Tridiagonal(lu) => lu.decompose(),
             Self::Banded(lu) => lu.decompose(),
             Self::Sparse(lu) => lu.decompose(),
+        }
+    }
+
+    /// [Factors](Self::decompose) two matrices, both assigned from one.
+    pub(crate) fn decompose_both<U: Entry>(&mut self, other: &mut Lu<U>) -> Result<(), FactorError> {
+        match (&mut *self, &mut *other) {
+            (Self::Tridiagonal(a), Lu::Tridiagonal(b)) => a.decompose_both(b),
+            _ => self.decompose().and_then(|()| other.decompose()),
+        }
+    }
+
+    /// [Solves](Self::solve) with two matrices of one order.
+    pub(crate) fn solve_both<U: Entry>(&mut self, b: &mut [T], other: &mut Lu<U>, c: &mut [U]) {
+        match (&mut *self, &mut *other) {
+            (Self::Tridiagonal(first), Lu::Tridiagonal(second)) => first.solve_both(b, second, c),
+            _ => {
+                self.solve(b);
+                other.solve(c);
+            }
         }
     }
 
@@ -125,6 +160,7 @@ impl<T: Entry> Lu<T> {
     pub(crate) fn solve(&mut self, b: &mut [T]) {
         match self {
             Self::Dense(lu) => lu.solve(b),
+            Self::Tridiagonal(lu) => lu.solve(b),
             Self::Banded(lu) => lu.solve(b),
             Self::Sparse(lu) => lu.solve(b),
         }
@@ -134,6 +170,7 @@ impl<T: Entry> Lu<T> {
     pub(crate) fn solve_transpose(&mut self, b: &mut [T]) {
         match self {
             Self::Dense(lu) => lu.solve_transpose(b),
+            Self::Tridiagonal(lu) => lu.solve_transpose(b),
             Self::Banded(lu) => lu.solve_transpose(b),
             Self::Sparse(lu) => lu.solve_transpose(b),
         }
@@ -145,6 +182,7 @@ impl Lu {
     fn entries(&self) -> usize {
         match self {
             Self::Dense(lu) => lu.entries(),
+            Self::Tridiagonal(lu) => lu.entries(),
             Self::Banded(lu) => lu.entries(),
             Self::Sparse(lu) => lu.entries(),
         }
@@ -154,6 +192,7 @@ impl Lu {
     pub(crate) fn sign(&self) -> f64 {
         match self {
             Self::Dense(lu) => lu.sign(),
+            Self::Tridiagonal(lu) => lu.sign(),
             Self::Banded(lu) => lu.sign(),
             Self::Sparse(lu) => lu.sign(),
         }

@@ -193,6 +193,38 @@ fn solves_shifted_complex_systems_in_every_structure() {
     }
 }
 
+/// Two matrices at a time are factored and solved with as each by itself is, and neither is overlooked where it is singular.
+#[test]
+fn two_matrices_side_by_side_are_treated_as_each_by_itself() {
+    for (n, structure) in [2, 3, 9, 40].into_iter().flat_map(|n| structures(n).map(|structure| (n, structure))) {
+        let mut a = Jacobian::with_structure(n, &structure);
+        fill(&mut a, &structure);
+        let assigned = |singular: [bool; 2]| {
+            let (mut real, mut complex) = (Lu::<f64>::of(&a), Lu::<Complex<f64>>::of(&a));
+            let image = |is_singular: bool, x: f64| if is_singular { 0.0 } else { x };
+            real.assign(&a, |x| image(singular[0], x)).expect("inside");
+            complex.assign(&a, |x| Complex::new(0.0, image(singular[1], x))).expect("inside");
+            (real, complex)
+        };
+        let (mut real, mut complex) = assigned([false; 2]);
+        real.decompose_both(&mut complex).expect("regular");
+        let b: Vec<f64> = (0..n).map(|i| (i as f64 + 1.0).sin()).collect();
+        let c: Vec<Complex<f64>> = b.iter().map(|b| Complex::new(b.cos(), *b)).collect();
+        let (mut x, mut y) = (b.clone(), c.clone());
+        real.solve_both(&mut x, &mut complex, &mut y);
+        let (mut real, mut complex) = assigned([false; 2]);
+        real.decompose().and_then(|()| complex.decompose()).expect("regular");
+        let (mut alone, mut complex_alone) = (b, c);
+        real.solve(&mut alone);
+        complex.solve(&mut complex_alone);
+        assert_eq!((x, y), (alone, complex_alone), "n = {n}, {structure:?}");
+        for singular in [[true, false], [false, true]] {
+            let (mut real, mut complex) = assigned(singular);
+            assert_eq!(real.decompose_both(&mut complex), Err(FactorError::Singular), "n = {n}, {structure:?}");
+        }
+    }
+}
+
 /// The sign of the determinant by nalgebra, for the matrix and for two of its rows exchanged.
 #[test]
 fn knows_the_sign_of_the_determinant() {

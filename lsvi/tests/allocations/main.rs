@@ -1,8 +1,9 @@
-//! No step allocates.
+//! No step allocates, and what a run holds in memory.
 
 #[path = "../it/fields.rs"]
 mod fields;
 mod mechanics;
+mod memory;
 mod structured;
 #[path = "../it/systems.rs"]
 mod systems;
@@ -12,6 +13,14 @@ use std::cell::Cell;
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+    /// Bytes that are allocated, and the most since they were counted anew; what another thread frees counts there.
+    static BYTES: Cell<isize> = const { Cell::new(0) };
+    static MOST: Cell<isize> = const { Cell::new(0) };
+}
+
+fn count_bytes(more: isize) {
+    BYTES.set(BYTES.get() + more);
+    MOST.set(MOST.get().max(BYTES.get()));
 }
 
 struct Counting;
@@ -20,11 +29,13 @@ struct Counting;
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        count_bytes(layout.size().cast_signed());
         // SAFETY: the caller upholds the contract of `alloc`.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count_bytes(-layout.size().cast_signed());
         // SAFETY: `pointer` came from `System.alloc` with this layout.
         unsafe { System.dealloc(pointer, layout) }
     }
@@ -41,7 +52,16 @@ fn allocations(mut step: impl FnMut()) -> u64 {
     ALLOCATIONS.get() - before
 }
 
+/// The most bytes that `run` holds at a time.
+fn most_bytes(run: impl FnOnce()) -> isize {
+    let before = BYTES.get();
+    MOST.set(before);
+    run();
+    MOST.get() - before
+}
+
 #[test]
-fn the_counter_counts() {
+fn the_counters_count() {
+    assert_eq!(most_bytes(|| drop((std::hint::black_box(vec![1.0; 3]), std::hint::black_box(vec![1.0; 5])))), 64);
     assert_eq!(allocations(|| drop(std::hint::black_box(vec![1.0]))), 10);
 }

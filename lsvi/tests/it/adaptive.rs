@@ -1175,3 +1175,87 @@ fn stop_times_take_the_place_of_those_before() {
     run.observe(|state| ends.push(state.t)).expect("solvable");
     assert!(ends.contains(&0.7) && !ends.contains(&0.3), "{ends:?}");
 }
+
+/// v̇ = −v^p, or from a time on −2 v^p, that says to be linear, or does not; its Jacobian is exact.
+struct Said {
+    power: i32,
+    from: f64,
+    is_linear: bool,
+    /// Evaluations of f and of its Jacobian.
+    calls: [std::sync::atomic::AtomicUsize; 2],
+}
+
+impl Said {
+    fn new(power: i32, from: f64, is_linear: bool) -> Self {
+        Self { power, from, is_linear, calls: Default::default() }
+    }
+
+    fn rate(&self, t: f64) -> f64 {
+        if t < self.from { -1.0 } else { -2.0 }
+    }
+
+    fn count(&self, which: usize) {
+        self.calls[which].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    }
+}
+
+impl VectorField for Said {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn is_linear(&self) -> bool {
+        self.is_linear
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.count(0);
+        dv[0] = self.rate(t) * v[0].powi(self.power);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.count(1);
+        out.add(0, 0, scale * self.rate(t) * f64::from(self.power) * v[0].powi(self.power - 1));
+    }
+}
+
+/// A step of three stages evaluates f at its start, at the stages and once more at its end, and the Jacobian is that of the start; the error is
+/// as small as by an iteration that knows nothing.
+#[test]
+fn one_increment_solves_a_linear_step() {
+    let run = |is_linear: bool| {
+        let field = Said::new(1, f64::INFINITY, is_linear);
+        let options = Options::new(Tolerances::new(1e-8, 1e-8).expect("positive")).stages(3, 3).expect("a choice");
+        let method = Radau::new(&field, options).expect("valid");
+        let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 5.0, 5.0).expect("valid");
+        while run.step().expect("solvable").is_some() {}
+        let error = (run.state().q[0] * 5_f64.exp() - 1.0).abs();
+        let [f, jacobian] = field.calls.each_ref().map(|calls| calls.load(std::sync::atomic::Ordering::Relaxed) as u64);
+        (run.work().steps, f, jacobian, error)
+    };
+    let (steps, f, jacobian, error) = run(true);
+    // A first step looks one step ahead, and iterates from nothing.
+    assert!(f <= 5 * steps + 5 && jacobian == 1, "{f} evaluations and {jacobian} Jacobians in {steps} steps");
+    let (steps, f, jacobian, iterated) = run(false);
+    assert!(f > 6 * steps && jacobian > 1, "{f} evaluations and {jacobian} Jacobians in {steps} steps");
+    assert!(error <= 2.0 * iterated.max(1e-8), "{error:e} and {iterated:e}");
+}
+
+/// What says to be linear and is not is iterated on as any other: from the start, and where another rate begins at a time that no step is told of.
+#[test]
+fn what_only_says_to_be_linear_is_solved_all_the_same() {
+    for (power, from) in [(2, f64::INFINITY), (3, f64::INFINITY), (1, 2.5), (2, 2.5)] {
+        for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+            let end = |is_linear: bool| {
+                let field = Said::new(power, from, is_linear);
+                solve(field, &[1.0], 10.0, tolerance, tolerance).0[0]
+            };
+            let late = (10.0 - from).max(0.0);
+            let exact = match power {
+                1 => (-10.0 - late).exp(),
+                _ => (1.0 + f64::from(power - 1) * (10.0 + late)).powf(-f64::from(power - 1).recip()),
+            };
+            let [said, honest] = [true, false].map(|is_linear| (end(is_linear) - exact).abs());
+            // A step across a jump has an error of the order of what its estimate is held to.
+            let held = if from < 10.0 { tolerance.max(0.1 * tolerance.powf(2.0 / 3.0)) } else { tolerance };
+            assert!(said <= 3.0 * honest.max(held), "v^{power} from {from} at {tolerance:e}: {said:e}, {honest:e}");
+        }
+    }
+}

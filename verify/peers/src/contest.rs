@@ -4,7 +4,10 @@ use lsvi::EulerLagrange;
 
 use crate::measure::{Found, Sides, compare};
 use crate::problem::{Burgers, Channel, Hires, Kepler, Pendulum, Problem, Robertson, System, TruthError, VanDerPol};
-use crate::solver::{AdaptiveRadau, ByReference, DifferentialEquations, Fixed, MethodI, OdeSolvers, Russell, Solver};
+use crate::solver::{
+    AdaptiveRadau, ByReference, Dense, DifferentialEquations, Fixed, Matrix, MethodI, OdeSolvers, RadauByHand, Russell,
+    Solver, Tridiagonal,
+};
 
 /// Unknowns of the problems in space.
 const UNKNOWNS: usize = 200;
@@ -16,17 +19,20 @@ pub(crate) enum Set {
     Stiff,
     /// Conservative systems, for any.
     Mechanics,
+    /// The stiff systems, for the adaptive method and a loop of its family written by hand.
+    ByHand,
 }
 
 impl Set {
-    /// Both.
-    pub(crate) const ALL: [Self; 2] = [Self::Stiff, Self::Mechanics];
+    /// All.
+    pub(crate) const ALL: [Self; 3] = [Self::Stiff, Self::Mechanics, Self::ByHand];
 
-    /// What stands above its table.
+    /// What stands above its table, and what programs know it by.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Stiff => "STIFF",
             Self::Mechanics => "MECHANICS",
+            Self::ByHand => "BY HAND",
         }
     }
 
@@ -35,6 +41,7 @@ impl Set {
         match self {
             Self::Stiff => 0.5,
             Self::Mechanics => 0.7,
+            Self::ByHand => 1.3,
         }
     }
 }
@@ -48,7 +55,7 @@ pub(crate) struct Contest {
 }
 
 /// All problems.
-pub(crate) const ALL: [Contest; 7] = [
+pub(crate) const ALL: [Contest; 12] = [
     Contest {
         problem: "channel",
         set: Set::Stiff,
@@ -64,6 +71,31 @@ pub(crate) const ALL: [Contest; 7] = [
     Contest { problem: "HIRES", set: Set::Stiff, run: |rounds| Ok(stiff(&Hires::problem()?, rounds)) },
     Contest { problem: "pendulum", set: Set::Mechanics, run: |rounds| Ok(mechanics(&Pendulum::problem()?, rounds)) },
     Contest { problem: "Kepler", set: Set::Mechanics, run: |rounds| Ok(mechanics(&Kepler::problem()?, rounds)) },
+    Contest {
+        problem: "channel",
+        set: Set::ByHand,
+        run: |rounds| Ok(by_hand::<Tridiagonal<UNKNOWNS>, UNKNOWNS, _>(&Channel::problem(), rounds)),
+    },
+    Contest {
+        problem: "Burgers",
+        set: Set::ByHand,
+        run: |rounds| Ok(by_hand::<Tridiagonal<UNKNOWNS>, UNKNOWNS, _>(&Burgers::problem()?, rounds)),
+    },
+    Contest {
+        problem: "van der Pol",
+        set: Set::ByHand,
+        run: |rounds| Ok(by_hand::<Dense<2>, 2, _>(&VanDerPol::problem()?, rounds)),
+    },
+    Contest {
+        problem: "Robertson",
+        set: Set::ByHand,
+        run: |rounds| Ok(by_hand::<Dense<3>, 3, _>(&Robertson::problem()?, rounds)),
+    },
+    Contest {
+        problem: "HIRES",
+        set: Set::ByHand,
+        run: |rounds| Ok(by_hand::<Dense<8>, 8, _>(&Hires::problem()?, rounds)),
+    },
 ];
 
 /// The peers for stiff problems.
@@ -96,4 +128,10 @@ where
     ];
     peers.extend(ByReference::all(false).map(|peer| Box::new(peer) as _));
     compare(problem, &Sides { ours, peers }, rounds)
+}
+
+/// The adaptive method beside a loop with Jacobians M.
+fn by_hand<M: Matrix<N> + 'static, const N: usize, S: System<N>>(problem: &Problem<N, S>, rounds: u16) -> Found {
+    let peers: Vec<Box<dyn Solver<_>>> = vec![Box::new(RadauByHand::<M>::NEW)];
+    compare(problem, &Sides { ours: vec![Box::new(AdaptiveRadau)], peers }, rounds)
 }

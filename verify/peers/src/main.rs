@@ -20,7 +20,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::contest::{ALL, Set};
+use crate::contest::{ALL, Contest, Set};
 use crate::measure::Found;
 use crate::problem::TruthError;
 
@@ -68,6 +68,9 @@ Peers: SUNDIALS CVODE, diffsol, ode_solvers, differential-equations (diff.-eq.)
 and russell_ode, each with the analytic Jacobian, and its band, if it takes one,
 the same tolerance relative and absolute, and without dense output.
 
+By hand: Radau IIA of order 5 with RADAU5's steps, for dense matrices of a size
+that the compiler knows or for three diagonals, beside the adaptive method.
+
 Examples:
   peers --only Kepler --all
   peers --rounds 5 --out work.csv
@@ -100,10 +103,12 @@ fn main() -> ExitCode {
 fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     let text = args.only.as_deref().unwrap_or_default();
     if !ALL.iter().any(|contest| contest.problem.contains(text)) {
-        let names = ALL.map(|contest| contest.problem).join(", ");
-        return Err(Failure::NoSuchProblem { text: text.into(), names });
+        // Those of the loops by hand are among the others.
+        let others = ALL.iter().filter(|contest| contest.set != Set::ByHand);
+        let names: Vec<&str> = others.map(|contest| contest.problem).collect();
+        return Err(Failure::NoSuchProblem { text: text.into(), names: names.join(", ") });
     }
-    let mut found: Vec<(&str, Found)> = Vec::new();
+    let mut found: Vec<(&Contest, Found)> = Vec::new();
     for set in Set::ALL {
         let before = found.len();
         for contest in ALL.iter().filter(|contest| contest.set == set && contest.problem.contains(text)) {
@@ -111,7 +116,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
             if args.all {
                 table::solvers(out, contest.problem, &result)?;
             }
-            found.push((contest.problem, result));
+            found.push((contest, result));
         }
         if found.len() > before {
             table::set(out, set, &found[before..])?;

@@ -3,22 +3,26 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::contest::Set;
+use crate::contest::{Contest, Set};
 use crate::measure::{Cell, Cost, Found, TARGETS};
 
 /// What stands where a solver fails.
 const NOTHING: &str = "–";
 
 /// The table of a set: each problem at each error, and the geometric mean of the ratios.
-pub(crate) fn set(out: &mut impl Write, set: Set, found: &[(&str, Found)]) -> io::Result<()> {
+pub(crate) fn set(out: &mut impl Write, set: Set, found: &[(&Contest, Found)]) -> io::Result<()> {
     writeln!(out, "{}", set.title())?;
+    let [peer, time] = match set {
+        Set::ByHand => ["by hand", "hand_us"],
+        Set::Stiff | Set::Mechanics => ["best peer", "peer_us"],
+    };
     writeln!(
         out,
-        "{:<12}{:>6}{:>9}  {:<18}{:<18}{:>9}{:>6}",
-        "problem", "error", "ours_us", "method", "best peer", "peer_us", "ratio"
+        "{:<12}{:>6}{:>9}  {:<18}{peer:<18}{time:>9}{:>6}",
+        "problem", "error", "ours_us", "method", "ratio"
     )?;
     let cells: Vec<(&str, &Cell)> =
-        found.iter().flat_map(|(problem, found)| found.cells.iter().map(move |cell| (*problem, cell))).collect();
+        found.iter().flat_map(|(contest, found)| found.cells.iter().map(|cell| (contest.problem, cell))).collect();
     for (problem, cell) in &cells {
         let name = |cost: &Option<Cost>| cost.as_ref().map_or(NOTHING.into(), |cost| cost.solver.clone());
         let time = |cost: &Option<Cost>| microseconds(cost.as_ref().map(|cost| cost.seconds));
@@ -48,10 +52,10 @@ pub(crate) fn solvers(out: &mut impl Write, problem: &str, found: &Found) -> io:
 ///
 /// # Errors
 /// If the file cannot be written.
-pub(crate) fn csv(path: &Path, found: &[(&str, Found)]) -> Result<(), csv::Error> {
+pub(crate) fn csv(path: &Path, found: &[(&Contest, Found)]) -> Result<(), csv::Error> {
     let mut table = csv::Writer::from_path(path)?;
-    table.write_record(["case", "error", "ours", "ours_us", "peer", "peer_us", "ratio"])?;
-    for (problem, found) in found {
+    table.write_record(["set", "case", "error", "ours", "ours_us", "peer", "peer_us", "ratio"])?;
+    for (contest, found) in found {
         for cell in &found.cells {
             let fields = |cost: &Option<Cost>| {
                 let cost = cost.as_ref();
@@ -60,7 +64,9 @@ pub(crate) fn csv(path: &Path, found: &[(&str, Found)]) -> Result<(), csv::Error
             };
             let [[ours, ours_us], [peer, peer_us]] = [fields(&cell.ours), fields(&cell.peer)];
             let ratio = cell.ratio().map(|ratio| ratio.to_string()).unwrap_or_default();
-            table.write_record([*problem, &format!("{:e}", cell.error), &ours, &ours_us, &peer, &peer_us, &ratio])?;
+            let error = format!("{:e}", cell.error);
+            let [set, problem] = [contest.set.title(), contest.problem];
+            table.write_record([set, problem, &error, &ours, &ours_us, &peer, &peer_us, &ratio])?;
         }
     }
     Ok(table.flush()?)
@@ -85,6 +91,7 @@ fn microseconds(seconds: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contest::ALL;
 
     fn cost(seconds: f64) -> Option<Cost> {
         Some(Cost { solver: "solver".into(), seconds })
@@ -99,7 +106,7 @@ mod tests {
         ];
         assert_eq!(cells.iter().map(Cell::ratio).collect::<Vec<_>>(), [Some(2.0), None, None]);
         let mut out = Vec::new();
-        set(&mut out, Set::Stiff, &[("problem", Found { cells, rows: Vec::new() })]).expect("it is memory");
+        set(&mut out, Set::Stiff, &[(&ALL[0], Found { cells, rows: Vec::new() })]).expect("it is memory");
         let text = String::from_utf8(out).expect("it is text");
         assert!(text.contains("1 of 3 cells: 2.00"), "{text}");
         let ends: Vec<&str> = text.lines().filter_map(|line| line.split_whitespace().last()).collect();

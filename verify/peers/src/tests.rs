@@ -1,7 +1,10 @@
 //! Solvers against problems with a closed form.
 
 use crate::problem::{Channel, Pendulum, Problem, System};
-use crate::solver::{AdaptiveRadau, ByReference, DifferentialEquations, Fixed, MethodI, OdeSolvers, Russell, Solver};
+use crate::solver::{
+    AdaptiveRadau, ByReference, Dense, DifferentialEquations, Fixed, MethodI, OdeSolvers, RadauByHand, Russell, Solver,
+    Tridiagonal,
+};
 
 /// Errors of a solver at some of its settings; infinite where it fails.
 fn errors<const N: usize, S: System<N>>(
@@ -35,6 +38,7 @@ fn the_error_of_each_solver_falls_with_the_tolerance() {
         Box::new(DifferentialEquations::Radau5),
         Box::new(Russell::DoPri8),
         Box::new(Russell::Radau5),
+        Box::new(RadauByHand::<Dense<2>>::NEW),
     ];
     solvers.extend(ByReference::all(false).map(|solver| Box::new(solver) as _));
     for solver in solvers {
@@ -50,8 +54,13 @@ fn the_error_of_each_solver_falls_with_the_tolerance() {
 #[test]
 fn the_error_of_implicit_solvers_falls_with_the_tolerance_on_a_band() {
     let problem = Channel::problem::<20>();
-    let mut solvers: Vec<Box<dyn Solver<Problem<20, Channel>>>> =
-        vec![Box::new(AdaptiveRadau), Box::new(DifferentialEquations::Radau5), Box::new(Russell::Radau5)];
+    let mut solvers: Vec<Box<dyn Solver<Problem<20, Channel>>>> = vec![
+        Box::new(AdaptiveRadau),
+        Box::new(DifferentialEquations::Radau5),
+        Box::new(Russell::Radau5),
+        Box::new(RadauByHand::<Tridiagonal<20>>::NEW),
+        Box::new(RadauByHand::<Dense<20>>::NEW),
+    ];
     solvers.extend(ByReference::all(true).map(|solver| Box::new(solver) as _));
     for solver in solvers {
         falls(&solver.name(), &errors(&*solver, &problem, &[1e-4, 1e-10]));

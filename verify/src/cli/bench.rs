@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 
-use verify::bench::{self, Case, Cost, Count};
+use verify::bench::{self, Case, Cost, Count, Other};
 use verify::golden::{self, Action, Golden, GoldenError, Row, Tolerance};
 use verify::names::NameError;
 
@@ -25,6 +25,7 @@ Examples:
   verify bench
   verify bench --only channel --rounds 5
   verify bench --instructions            counted by valgrind
+  verify bench --peers                   other solvers too, minutes
 
 A development build checks its arithmetic, which costs both. What optimises:
   cargo run --release -p verify -- bench
@@ -47,6 +48,10 @@ pub(super) struct Args {
     /// The folder of which data/bench.csv is written
     #[arg(long, value_name = "DIR", default_value = "target/report")]
     out: PathBuf,
+
+    /// Compare with other solvers at equal error too: builds verify/peers
+    #[arg(long, conflicts_with_all = ["only", "instructions"])]
+    peers: bool,
 
     /// Count instructions instead of time, by valgrind
     #[arg(long, conflicts_with = "rounds")]
@@ -122,21 +127,49 @@ fn time(args: &Args, cases: &[Case], out: &mut Output) -> Result<Status, Failure
         Ok(table)
     };
     let failed = |source| Failure::Table { path: path.clone(), source };
+    // Looked for before minutes are spent.
+    let golden = args.peers.then(|| golden::find_dir(&env::current_dir().map_err(GoldenError::Output)?));
+    let manifest = golden.transpose()?.map(|dir| dir.with_file_name("verify").join("peers").join("Cargo.toml"));
     let mut table = create().map_err(failed)?;
     line(out, "case", ["ours, ns", "by hand", "ratio", "wanted"].map(String::from)).map_err(Failure::Output)?;
     for case in cases {
         let cost = case.measure(usize::from(args.rounds))?;
         let Cost { ours, limit } = cost;
-        let record = [ours.to_string(), limit.to_string(), String::new(), String::new(), cost.ratio().to_string()];
-        let fields = std::iter::once(case.name.clone()).chain(record).chain([String::new()]);
-        table.write_record(fields).and_then(|()| Ok(table.flush()?)).map_err(failed)?;
+        write(&mut table, &case.name, Some(ours), Some(limit), None).map_err(failed)?;
         let numbers = [ours, limit, cost.ratio()].map(|x| significant(x, 3));
         let [a, b, c] = numbers;
         line(out, &case.name, [a, b, c, format!("≤ {}", case.wanted)]).map_err(Failure::Output)?;
         out.flush().map_err(Failure::Output)?;
     }
+    if let Some(manifest) = manifest {
+        writeln!(out).and_then(|()| out.flush()).map_err(Failure::Output)?;
+        for cell in bench::beside_peers(&manifest, args.rounds)? {
+            let (limit, peer) = match (cell.side, cell.other) {
+                (Other::ByHand, other) => (other.map(|(_, time)| time), None),
+                (Other::Peer, other) => (None, other),
+            };
+            write(&mut table, &cell.case, cell.ours, limit, peer).map_err(failed)?;
+        }
+    }
     writeln!(out, "The table is in {}", path.display()).map_err(Failure::Output)?;
     Ok(Status::Ok)
+}
+
+/// A row of the table; a field is empty where there is no such time.
+fn write(
+    table: &mut csv::Writer<fs::File>,
+    case: &str,
+    ours: Option<f64>,
+    limit: Option<f64>,
+    peer: Option<(String, f64)>,
+) -> Result<(), csv::Error> {
+    let (name, peer) = peer.unzip();
+    let ratio = |other: Option<f64>| Some(ours? / other?);
+    let [ours_ns, limit_ns, peer_ns, ratio_limit, ratio_peer] =
+        [ours, limit, peer, ratio(limit), ratio(peer)].map(|x| x.map(|x| x.to_string()).unwrap_or_default());
+    let name = name.unwrap_or_default();
+    table.write_record([case, &ours_ns, &limit_ns, &name, &peer_ns, &ratio_limit, &ratio_peer])?;
+    Ok(table.flush()?)
 }
 
 fn line(out: &mut Output, name: &str, columns: [String; 4]) -> std::io::Result<()> {

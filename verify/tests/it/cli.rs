@@ -98,7 +98,9 @@ fn bench_prints_what_it_measured_and_writes_the_same_as_a_table() {
     let header = ["case", "ours_ns", "limit_ns", "peer", "peer_ns", "ratio_limit", "ratio_peer"];
     assert_eq!(table.headers().expect("a header"), &header[..]);
     let rows: Vec<_> = table.records().collect::<Result<_, _>>().expect("records");
-    assert_eq!(rows.len(), 1, "{rows:?}");
+    // By its own type and in a box.
+    assert_eq!(rows.len(), 2, "{rows:?}");
+    assert!(lines[2].starts_with("Method I, boxed pendulum ") && lines[2].ends_with("≤ 5"), "{text}");
     let number = |i: usize| rows[0][i].parse::<f64>().expect("a number");
     assert!(number(1) > 0.0 && number(2) > 0.0, "{rows:?}");
     assert_eq!(number(5), number(1) / number(2), "{rows:?}");
@@ -116,6 +118,44 @@ fn bench_prints_what_it_measured_and_writes_the_same_as_a_table() {
     };
     assert_eq!(status, Some(0), "{errors}");
     assert_eq!(text.lines().filter(|line| line.starts_with("channel")).count(), 1, "{text}");
+}
+
+/// By a cargo that prints a table and writes it where it is told, or fails.
+#[cfg(unix)]
+#[test]
+fn bench_has_the_program_of_the_peers_built_and_adds_its_table() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = directory("bench-peers");
+    let out = folder.to_str().expect("UTF-8");
+    let cargo = folder.join("cargo");
+    let bench = |script: &str| {
+        fs::write(&cargo, format!("#!/bin/sh\n{script}\n")).expect("writable");
+        fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).expect("it is ours");
+        let mut command = command(&["bench", "--peers", "--rounds", "1", "--out", out]);
+        let output = command.env("CARGO", &cargo).current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("starts");
+        (output.status.code(), stdout(&output).to_string(), stderr(&output).to_string())
+    };
+    let header = "set,case,error,ours,ours_us,peer,peer_us,ratio";
+    let rows = "STIFF,HIRES,1e-3,Radau,3,CVODE,4,.75\\nBY HAND,HIRES,1e-3,Radau,3,Radau IIA-5,2,1.5\\n";
+    let writes = |header: &str| format!("echo \"$*\"; for last; do :; done; printf '{header}\\n{rows}' >\"$last\"");
+    let (status, text, errors) = bench(&writes(header));
+    assert_eq!(status, Some(0), "{errors}");
+    let manifest = fs::canonicalize(concat!(env!("CARGO_MANIFEST_DIR"), "/peers/Cargo.toml")).expect("it is there");
+    let said = format!("run --release --manifest-path {} -- --rounds 1 --out ", manifest.display());
+    assert!(text.contains(&said), "{text}");
+    let table = fs::read_to_string(folder.join("data").join("bench.csv")).expect("the table");
+    let ends: Vec<&str> = table.lines().rev().take(2).collect();
+    assert_eq!(ends, ["HIRES at 1e-3,3000,2000,,,1.5,", "HIRES at 1e-3,3000,,CVODE,4000,,0.75"], "{table}");
+    let failures = [
+        ("exit 3".to_owned(), "did not run to its end"),
+        (writes("a,b,c,d,e,f,g,h"), "cannot be read: it begins with"),
+    ];
+    for (script, said) in failures {
+        let (status, _, errors) = bench(&script);
+        // Without the ends of lines, which are where the terminal's are.
+        let errors = errors.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(status == Some(1) && errors.contains(said), "{status:?}: {errors}");
+    }
 }
 
 #[test]

@@ -6,7 +6,9 @@
 mod hand_written;
 mod instructions;
 mod kernel;
+mod peers;
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
@@ -14,6 +16,7 @@ use lsvi::{InputError, StepError};
 
 pub use instructions::{Count, instructions, run_counted};
 pub use kernel::all;
+pub use peers::{AtEqualError, Other, beside_peers};
 
 /// A kernel of the library and a loop written by hand that computes the same.
 pub struct Case {
@@ -84,6 +87,22 @@ pub enum BenchError {
     /// There is no place for what it counts.
     #[error("no temporary directory for what valgrind counts")]
     Counts(#[source] std::io::Error),
+    /// The program that compares with other solvers did not run to its end; it has said why.
+    #[error("{} did not run to its end", manifest.display())]
+    Peers {
+        /// Its manifest.
+        manifest: PathBuf,
+        /// Why it was not started, if it was not.
+        source: Option<std::io::Error>,
+    },
+    /// Its table is not what it is to be.
+    #[error("the table of {} cannot be read: {said}", manifest.display())]
+    PeersTable {
+        /// Its manifest.
+        manifest: PathBuf,
+        /// What is wrong with it.
+        said: String,
+    },
     /// It counted nothing.
     #[error("valgrind counted no instructions of {case}; it says: {said}")]
     Uncounted {

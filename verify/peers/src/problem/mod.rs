@@ -16,10 +16,10 @@ pub(crate) use pendulum::Pendulum;
 pub(crate) use robertson::Robertson;
 pub(crate) use van_der_pol::VanDerPol;
 
-use lsvi::{Jacobian, Structure, VectorField};
 use experiments::names::NameError;
 use experiments::problem;
 use experiments::reference::Ode;
+use lsvi::{Jacobian, Structure, VectorField};
 
 use crate::solver::Solver;
 

@@ -1,6 +1,7 @@
 //! Solvers of one interface: those of `lsvi` and their peers, one file each.
 
 mod adaptive;
+mod by_hand;
 mod differential_equations;
 mod fixed;
 mod method_i;
@@ -9,6 +10,7 @@ mod reference;
 mod russell;
 
 pub(crate) use adaptive::AdaptiveRadau;
+pub(crate) use by_hand::{Dense, Matrix, RadauByHand, Tridiagonal};
 pub(crate) use differential_equations::DifferentialEquations;
 pub(crate) use fixed::Fixed;
 pub(crate) use method_i::MethodI;
