@@ -75,6 +75,22 @@ mod tests {
         assert!(stepped(1e-4).abs() >= 1e-16 && explains(stepped, 1e-4, 4e-12, 4e-12));
     }
 
+    /// Of a last increment of 4 an eighth is ½.
+    #[test]
+    fn a_residual_is_looked_at_to_either_side_by_eighths_of_the_last_increment() {
+        let mut points = Vec::new();
+        let mut f = |x: &[f64], out: &mut [f64]| {
+            points.push(x[0]);
+            out[0] = x[0];
+        };
+        Rounding::default().explains(&mut f, &[10.0], &[0.25], 4.0);
+        assert_eq!(points.len() as u64, SAMPLES);
+        let mut row = points.split_off(1 + ROUNDS as usize);
+        row.sort_by(f64::total_cmp);
+        assert_eq!(row, [8.0, 8.5, 9.0, 9.5, 10.0, 10.5, 11.0, 11.5, 12.0]);
+        assert!(points.iter().all(|x| (x - 10.0).abs() <= 41.0 * f64::EPSILON), "{points:?}");
+    }
+
     /// x/(x + 1) = 2, of which the increment from −5 is 12 long; and 1 + x² = 0, in which the increment from 0.3 is 1.8 and from there −0.4: in any unit.
     #[test]
     fn increments_that_grow_by_curvature_are_no_roundings() {
