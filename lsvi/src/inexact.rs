@@ -245,4 +245,52 @@ mod tests {
             assert!(matches!(found, Err(SolveError::Diverged { .. })), "{noise:e}: {found:?}");
         }
     }
+
+    /// What a system is asked for: how often for its residual, and for what errors whether it is solved to them.
+    struct Asked<S> {
+        system: S,
+        residuals: u64,
+        errors: Vec<f64>,
+    }
+
+    impl<S> Asked<S> {
+        fn of(system: S) -> Self {
+            Self { system, residuals: 0, errors: Vec::new() }
+        }
+    }
+
+    impl<S: InexactSystem> InexactSystem for Asked<S> {
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            self.residuals += 1;
+            self.system.residual(h, x, out);
+        }
+        fn solve(&mut self, h: f64, x: &[f64], b: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
+            self.system.solve(h, x, b, tolerance)
+        }
+        fn is_solved_to(&mut self, error: f64, at: (f64, &[f64]), y: &[f64], residual: &[f64]) -> bool {
+            self.errors.push(error);
+            self.system.is_solved_to(error, at, y, residual)
+        }
+        fn tolerance(&self) -> f64 {
+            self.system.tolerance()
+        }
+    }
+
+    /// Beside its origin, 8, which is larger: where increments contract four of its roundings, and where they stagnate half of its digits.
+    #[test]
+    fn a_solution_is_held_to_a_few_roundings_or_to_half_of_the_digits() {
+        for (noise, expected) in [(0.0, 4.0 * f64::EPSILON * 8.0), (1e-9, f64::EPSILON.sqrt() * 8.0)] {
+            let mut asked = Asked::of(Noisy { noise });
+            InexactNewton::new(1).solve(&mut asked, 1.0, &mut [8.0]).expect("contracts");
+            assert_eq!(asked.errors, [expected], "{noise:e}");
+        }
+    }
+
+    #[test]
+    fn evaluations_that_tell_roundings_are_counted() {
+        let (mut newton, mut asked) = (InexactNewton::new(1), Asked::of(Noisy { noise: 1e-9 }));
+        newton.solve(&mut asked, 1.0, &mut [0.0]).expect("half of the digits");
+        assert!(asked.residuals > SAMPLES, "{}", asked.residuals);
+        assert_eq!(newton.work.residuals, asked.residuals);
+    }
 }

@@ -131,3 +131,47 @@ impl InexactSystem for Solved<'_> {
         self.solver.tolerance()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Factored;
+    use crate::solver::Iterative;
+
+    /// A stage that nothing is asked of.
+    struct Stage;
+
+    impl System for Stage {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn residual(&mut self, _h: f64, _x: &[f64], _out: &mut [f64]) {
+            unreachable!()
+        }
+        fn derivative(&mut self, _h: f64, _x: &[f64], _out: &mut Jacobian) {
+            unreachable!()
+        }
+    }
+
+    impl InexactStage for Stage {
+        fn at(&self, _h: f64) -> (&dyn VectorField, &Mass, f64, f64) {
+            unreachable!()
+        }
+    }
+
+    /// B y = (−4.5, 2) for y = (1, 1), and the largest entries of the rows are 8 and 3.
+    #[test]
+    fn each_equation_is_held_to_the_largest_entry_of_its_row() {
+        let mut b = Jacobian::zeros(2);
+        [(0, 0, 3.5), (0, 1, -8.0), (1, 0, -1.0), (1, 1, 3.0)].into_iter().for_each(|(i, j, x)| b.add(i, j, x));
+        let (mut b, mut work, mut solver) =
+            (Some(b), [vec![0.0; 2], vec![0.0; 2]], Iterative::new(Factored::default()));
+        let mut solved = Solved { stage: &mut Stage, solver: &mut solver, b: &mut b, work: &mut work };
+        let error = 1.0 / 1024.0;
+        let mut is_solved = |off: [f64; 2]| {
+            solved.is_solved_to(error, (0.1, &[0.0; 2]), &[1.0; 2], &[-4.5 + off[0] * error, 2.0 + off[1] * error])
+        };
+        assert!(is_solved([0.0, 0.0]) && is_solved([8.0, -3.0]) && is_solved([-8.0, 3.0]));
+        assert!([[8.001, 0.0], [-8.001, 3.0], [0.0, 3.001], [8.0, -3.001]].into_iter().all(|off| !is_solved(off)));
+    }
+}

@@ -242,3 +242,40 @@ impl InexactSystem for Equation<'_> {
         self.solver.tolerance()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mass::Mass;
+    use crate::operator::Factored;
+    use crate::solver::Iterative;
+
+    /// With h = ½, M = diag(2, ½) and B = (−3.5 −0.5; −1 3) the diagonal of M + BᵀM⁻¹B is (10.125, 18.625), so that of ½ (M + |B|) + 2 (M + BᵀM⁻¹B)
+    /// is (23, 39).
+    #[test]
+    fn each_equation_is_held_to_the_diagonal_of_what_the_derivative_is_like() {
+        let field = crate::field!(2, |_t, v, dv| {
+            dv[0] = v[0] * 11.0 + v[1];
+            dv[1] = v[0] * 2.0 - v[1] * 5.0;
+        });
+        let (mass, h, x) = (Mass::Diagonal(vec![2.0, 0.5]), 0.5, [0.0; 2]);
+        let mass_inverse = mass.metric(2).expect("positive");
+        let system = System { field: &field as &dyn VectorField, mass: &mass, mass_inverse: &mass_inverse };
+        let closure = Linear::new(-0.5, 2.0).expect("finite");
+        let solver = Box::new(Iterative::new(Factored::default()));
+        let mut step = ClosedStep::new(2, [&Structure::Dense, &Structure::Dense], solver);
+        let ClosedStep { solver, matrices, work: s, left, .. } = &mut step;
+        system.set_b(h, h, &x, &mut matrices.as_mut().expect("assembled").b);
+        let (closure, v0) = (&closure, &x[..]);
+        let mut equation = Equation { system, closure, t: 0.0, v0, solver: &mut **solver, matrices, s, left };
+        // The solution 0 leaves all of a residual.
+        let error = 1.0 / 1024.0;
+        let mut is_solved = |residual: [f64; 2]| equation.is_solved_to(error, (h, &x), &[0.0; 2], &residual);
+        for (residual, off) in [([23.0, -39.0], 0), ([23.0, 39.0], 1), ([-23.0, 0.0], 0), ([0.0, -39.0], 1)] {
+            let mut residual = residual.map(|r| r * error);
+            assert!(is_solved(residual), "{residual:?}");
+            residual[off] *= 1.0 + 1e-12;
+            assert!(!is_solved(residual), "{residual:?}");
+        }
+    }
+}

@@ -262,6 +262,48 @@ mod tests {
         assert_eq!(of_damped, of_new);
     }
 
+    /// v̇ = −t v by its products.
+    struct Fading;
+
+    impl VectorField for Fading {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn structure(&self) -> Structure {
+            Structure::MatrixFree
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            dv[0] = -t * v[0];
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], _scale: f64, _out: &mut Jacobian) {}
+        fn apply_jacobian(&self, t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+            out[0] = -t * x[0];
+        }
+        fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
+            self.apply_jacobian(t, v, w, out);
+        }
+    }
+
+    /// From 1 at t = 1 with h = ½, h r₀ = v − ½, h r₁ = B v − 1 and B = 1.75: g = 4.0625 v − 2.25.
+    #[test]
+    fn the_gradient_is_one_of_roundings_at_the_minimum_alone() {
+        let mass_inverse = Mass::Identity.metric(1).expect("positive");
+        let system = System { field: &Fading as &dyn VectorField, mass: &Mass::Identity, mass_inverse: &mass_inverse };
+        let (at, v0) = (Interval { start: 1.0, h: 0.5 }, [1.0]);
+        let is_at_rounding = |v: f64| {
+            let solver = Iterative::to_rounding(Factored::default());
+            let mut step = GaussNewton::new(1, &Structure::MatrixFree, Box::new(solver));
+            system.field.rhs(at.start, &v0, &mut step.action.f0);
+            step.increment[0] = f64::EPSILON;
+            let mut work = Work { residuals: 5, ..Work::default() };
+            let is_rounding = step.is_at_rounding(&system, at, (&v0, &[v]), f64::EPSILON, &mut work);
+            assert_eq!(work, Work { residuals: 5 + SAMPLES, ..Work::default() });
+            is_rounding
+        };
+        let minimum = 36.0 / 65.0;
+        assert_eq!([-1e-9, 0.0, 1e-9].map(|off| is_at_rounding(minimum + off)), [false, true, false]);
+    }
+
     /// An increment that damping shortens tells nothing of what is left, however loose the tolerance is.
     #[test]
     fn no_increment_that_is_damped_is_the_last() {
