@@ -232,7 +232,7 @@ impl Held {
         work: &mut Work,
     ) -> Result<(), SolveError> {
         system.diagonals(matrix, &mut self.work, &mut self.diagonal);
-        let mut spent = 0;
+        let (mut spent, mut residual) = (0, f64::NAN);
         for _ in 0..REFINEMENTS {
             b.multiply(v, &mut self.work);
             system.mass_inverse.solve(&mut self.work);
@@ -244,12 +244,57 @@ impl Held {
             if self.left.iter().zip(&self.diagonal).all(|(left, diagonal)| left.abs() <= diagonal * error) {
                 return Ok(());
             }
+            residual = max_norm(&self.left) / max_norm(&self.sum);
             let inner = solver.solve_normal(b, 0.0, None, &mut self.left, 0.0)?;
             work.inner += inner;
             spent += inner;
             v.iter_mut().zip(&self.left).for_each(|(v, d)| *v += d);
         }
-        let residual = max_norm(&self.left) / max_norm(&self.sum);
         Err(SolveError::Linear { iterations: u32::try_from(spent).unwrap_or(u32::MAX), residual })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vector_field::VectorField;
+
+    /// It has found nothing after three iterations, and is content.
+    #[derive(Debug)]
+    struct Idle;
+
+    impl StepSolver for Idle {
+        fn prepare(&mut self, _b: &StepOperator<'_>) -> Result<(), SolveError> {
+            Ok(())
+        }
+        fn solve_stage(&mut self, _b: &StepOperator<'_>, _x: &mut [f64], _tolerance: f64) -> Result<u64, SolveError> {
+            unreachable!()
+        }
+        fn solve_normal(
+            &mut self,
+            _b: &StepOperator<'_>,
+            _damping: f64,
+            _a: Option<&[f64]>,
+            x: &mut [f64],
+            _tolerance: f64,
+        ) -> Result<u64, SolveError> {
+            x.fill(0.0);
+            Ok(3)
+        }
+        fn tolerance(&self) -> f64 {
+            1e-10
+        }
+    }
+
+    #[test]
+    fn a_solver_that_leaves_the_equations_as_they_are_is_named_with_all_of_its_iterations() {
+        let field = crate::field!(1, |_t, v, dv| dv[0] = v[0] * -3.0);
+        let (mass, mut v, mut work) = (Mass::Identity, [0.0], Work::default());
+        let mass_inverse = mass.metric(1).expect("positive");
+        let system = System { field: &field as &dyn VectorField, mass: &mass, mass_inverse: &mass_inverse };
+        let mut step = LinearStep::new(1, &Structure::Dense, &mass, Some(Box::new(Idle)));
+        let found = step.solve(system, Interval { start: 0.0, h: 0.5 }, &[1.0], &mut v, &mut work);
+        assert_eq!(found, Err(SolveError::Linear { iterations: 3 * REFINEMENTS, residual: 1.0 }));
+        assert_eq!(work.inner, u64::from(3 + 3 * REFINEMENTS));
     }
 }
