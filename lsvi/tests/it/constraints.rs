@@ -369,13 +369,13 @@ fn constraints_that_are_one_but_for_half_of_the_digits_are_redundant() {
 /// Gradients along two axes of a mass that has none along the third, and one that vanishes.
 #[test]
 fn a_singular_mass_is_not_taken_for_gradients_of_different_lengths() {
-    struct Flat;
+    struct Flat(f64);
     impl LagrangianFn for Flat {
         fn dim(&self) -> usize {
             3
         }
         fn lagrangian<T: Scalar>(&self, _t: T, _q: &[T], v: &[T]) -> T {
-            (v[0] * v[0] + v[1] * v[1]) * 0.5
+            (v[0] * v[0] + v[1] * v[1]) * (0.5 * self.0)
         }
     }
     struct Axes(f64);
@@ -391,19 +391,22 @@ fn a_singular_mass_is_not_taken_for_gradients_of_different_lengths() {
             out[1] = q[1] * self.0;
         }
     }
-    let project = |length: f64| {
-        let l = lagrangian_of(Flat);
+    let project = |mass: f64, length: f64| {
+        let l = lagrangian_of(Flat(mass));
         let axes = AutoConstraint::new(Axes(length));
         let mut method = Constrained::new(Galerkin::gauss(&l, 2).expect("s ≥ 1"), axes).expect("dimensions fit");
-        method.project(0.0, &[0.0, 0.0, 1.0], &mut [0.5, 0.3, 0.0]).expect_err("singular")
+        method.project(0.0, &[0.0, 0.0, 1.0], &mut [0.5 * mass, 0.3 * mass, 0.0]).expect_err("singular")
     };
-    for length in [1e-12, 1e-3, 1.0, 1e3, 1e12] {
-        let found = project(length);
-        assert!(matches!(found, StepError::Solve { source: SolveError::SingularMass, .. }), "{length:e}: {found:?}");
+    // Gradients are measured in the unit of the mass.
+    for mass in [1e-12, 1.0, 1e12] {
+        for length in [1e-12, 1e-3, 1.0, 1e3, 1e12] {
+            let found = project(mass, length);
+            let is_told = matches!(found, StepError::Solve { source: SolveError::SingularMass, .. });
+            assert!(is_told, "{mass:e}, {length:e}: {found:?}");
+        }
+        let redundant = InputError::Constraint(ConstraintError::RedundantConstraints { count: 2, rank: 1 });
+        assert_eq!(project(mass, 0.0), StepError::Input(redundant), "{mass:e}");
     }
-    let found = project(0.0);
-    let redundant = InputError::Constraint(ConstraintError::RedundantConstraints { count: 2, rank: 1 });
-    assert_eq!(found, StepError::Input(redundant));
 }
 
 /// x² + y² = 1 at the height ½.
