@@ -177,7 +177,7 @@ impl GaussNewton {
             b.multiply_transpose(&action.dual, out);
             out.iter_mut().zip(&action.start).for_each(|(g, r)| *g += r);
         };
-        work.residuals += SAMPLES;
+        work.residuals += SAMPLES + 1;
         let is_rounding = rounding.explains(&mut gradient, v, increment, last);
         action.at(system, at, v0, v);
         is_rounding
@@ -297,7 +297,7 @@ mod tests {
             step.increment[0] = f64::EPSILON;
             let mut work = Work { residuals: 5, ..Work::default() };
             let is_rounding = step.is_at_rounding(&system, at, (&v0, &[v]), f64::EPSILON, &mut work);
-            assert_eq!(work, Work { residuals: 5 + SAMPLES, ..Work::default() });
+            assert_eq!(work, Work { residuals: 5 + SAMPLES + 1, ..Work::default() });
             is_rounding
         };
         let minimum = 36.0 / 65.0;
