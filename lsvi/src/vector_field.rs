@@ -41,8 +41,8 @@ pub trait VectorField {
     /// state: in the first step of a size, after 2, 4, 8, … more and then after every 256, and where factors are kept and f is
     /// not [autonomous](Self::is_autonomous) at the end of every step: [`SolveError::NotLinear`](crate::SolveError::NotLinear).
     /// Implicit stages one after the other, as of [`RungeKutta`](crate::classic::RungeKutta), see by themselves where it is not so, and are solved as those of
-    /// any field. So are the stages of [`Radau`](crate::adaptive::Radau), which takes one increment for the solution where the equation at the end of the
-    /// step agrees.
+    /// any field. So are the stages of [`Radau`](crate::adaptive::Radau), which takes one increment for the solution where f is
+    /// autonomous too and the equation at the end of the step agrees.
     fn is_linear(&self) -> bool {
         false
     }

@@ -220,8 +220,9 @@ impl Stages {
         let (n, limit) = (field.dim(), iterations(S));
         let v = &v[..n];
         // θ/(1 − θ) as soon as there are two increments. That of the last step tells nothing here: the Jacobian is older by a step.
-        // One increment solves a linear f, but for what the step sizes of the factors and of the step may differ by.
-        let mut contraction = if field.is_linear() { SAME } else { 1.0 };
+        // One increment solves a linear f, but for what the step sizes of the factors and of the step may differ by. The check of it sees the end
+        // of a step alone, where an A(t) that goes round in a step is that of its start.
+        let mut contraction = if field.is_linear() && field.is_autonomous() { SAME } else { 1.0 };
         let (mut last, mut rate) = (f64::INFINITY, 0.0_f64);
         for iteration in 1..=limit {
             work.residuals += 1;

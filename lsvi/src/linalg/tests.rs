@@ -193,6 +193,72 @@ fn solves_shifted_complex_systems_in_every_structure() {
     }
 }
 
+/// Rows and unknowns in units of their own, where rows have to be exchanged: nothing is lost.
+#[test]
+fn solves_with_rows_and_unknowns_in_any_units() {
+    let tridiagonal = Structure::Banded { lower: 1, upper: 1 };
+    for base in
+        [[[1.0, 2.0, 0.0], [4.0, 1.0, 3.0], [0.0, 5.0, 1.0]], [[0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]]
+    {
+        for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
+            for (of_row, of_column) in [(1e30, 1e-30), (1e-30, 1e-30), (1e30, 1e-18), (1.0, 1e-30)] {
+                let unit = |i: usize, j: usize| {
+                    (if i == row { of_row } else { 1.0 }) * (if j == column { of_column } else { 1.0 })
+                };
+                let entries =
+                    || (0..3).flat_map(|i: usize| (0..3).map(move |j| (i, j))).filter(|(i, j)| i.abs_diff(*j) < 2);
+                let mut a = Jacobian::with_structure(3, &tridiagonal);
+                entries().for_each(|(i, j)| a.add(i, j, base[i][j] * unit(i, j)));
+                let mut b = [0.0; 3];
+                entries().for_each(|(i, j)| b[i] += base[i][j] * (j + 1) as f64 * unit(i, 3));
+                let mut lu = Lu::of(&a);
+                lu.factor(&a)
+                    .unwrap_or_else(|error| panic!("{base:?}, {row} {of_row:e}, {column} {of_column:e}: {error:?}"));
+                lu.solve(&mut b);
+                for (j, x) in b.iter().enumerate() {
+                    approx::assert_relative_eq!(x * unit(3, j), (j + 1) as f64, max_relative = 1e-13);
+                }
+            }
+        }
+    }
+}
+
+/// Entries that are added to a matrix that was assigned are its own, and those outside its structure are none.
+#[test]
+fn entries_are_added_where_the_structure_has_them() {
+    for structure in structures(5) {
+        let (mut a, mut sum) = (Jacobian::with_structure(5, &structure), Jacobian::with_structure(5, &structure));
+        fill(&mut a, &structure);
+        a.for_each(|i, j, x| sum.add(i, j, x));
+        let mut lu = Lu::of(&a);
+        lu.assign(&a, f64::from).expect("inside");
+        for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))) {
+            let x = 0.25 * (i as f64 - 2.0 * j as f64 + 0.5);
+            lu.add(i, j, x);
+            if i < 5 && structure.rows(5, j.min(4)).any(|row| row == i && j < 5) {
+                sum.add(i, j, x);
+            }
+        }
+        lu.decompose().expect("regular");
+        let (mut x, mut expected) = ([1.0; 5], [1.0; 5]);
+        lu.solve(&mut x);
+        let mut fresh = Lu::of(&sum);
+        fresh.factor(&sum).expect("regular");
+        fresh.solve(&mut expected);
+        // The order of the pivots is the same.
+        x.iter().zip(expected).for_each(|(x, e)| approx::assert_relative_eq!(*x, e, max_relative = 1e-12));
+    }
+}
+
+/// With two diagonals below and one above, U reaches three above: 9 entries, 5 pivots and 7 multipliers.
+#[test]
+fn the_entries_of_the_factors_of_a_band_are_counted() {
+    let structure = Structure::Banded { lower: 2, upper: 1 };
+    let mut a = Jacobian::with_structure(5, &structure);
+    fill(&mut a, &structure);
+    assert_eq!(a.factor_entries(), Ok(9 + 5 + 7));
+}
+
 /// Two matrices at a time are factored and solved with as each by itself is, and neither is overlooked where it is singular.
 #[test]
 fn two_matrices_side_by_side_are_treated_as_each_by_itself() {

@@ -73,13 +73,13 @@ impl<T: Entry> TridiagonalLu<T> {
 
     /// Factors the matrix in place.
     pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
-        let mut elimination = Elimination::new(self)?;
+        let mut elimination = Elimination::new(self);
         (0..self.rows.len()).try_for_each(|j| elimination.step(self, j))
     }
 
     /// Factors two matrices of one order side by side: each row waits for the one before, and less for the other matrix's.
     pub(super) fn decompose_both<U: Entry>(&mut self, other: &mut TridiagonalLu<U>) -> Result<(), FactorError> {
-        let (mut first, mut second) = (Elimination::new(self)?, Elimination::new(other)?);
+        let (mut first, mut second) = (Elimination::new(self), Elimination::new(other));
         for j in 0..self.rows.len() {
             first.step(self, j)?;
             second.step(other, j)?;
@@ -148,11 +148,11 @@ struct Elimination<T> {
 }
 
 impl<T: Entry> Elimination<T> {
-    fn new(lu: &mut TridiagonalLu<T>) -> Result<Self, FactorError> {
+    fn new(lu: &mut TridiagonalLu<T>) -> Self {
         lu.exchanges = 0;
         let first = &lu.rows[0];
-        let row = Candidate { entries: [first.pivot, first.upper[0], T::from(0.0)], unit: unit(first)? };
-        Ok(Self { row, above: [0.0; 2], beyond: 0.0 })
+        let row = Candidate { entries: [first.pivot, first.upper[0], T::from(0.0)], unit: unit(first) };
+        Self { row, above: [0.0; 2], beyond: 0.0 }
     }
 
     #[inline(always)]
@@ -160,7 +160,7 @@ impl<T: Entry> Elimination<T> {
         let zero = T::from(0.0);
         let row = &mut self.row;
         let mut below = match lu.rows.get(j + 1) {
-            Some(next) => Candidate { entries: [next.lower, next.pivot, next.upper[0]], unit: unit(next)? },
+            Some(next) => Candidate { entries: [next.lower, next.pivot, next.upper[0]], unit: unit(next) },
             None => Candidate { entries: [zero; 3], unit: 0.0 },
         };
         let is_exchanged = below.size() > row.size();
@@ -239,10 +239,9 @@ impl<T: Entry> Candidate<T> {
 }
 
 /// One over the sum of the magnitudes of a row, a pivot of which would be at roundoff where it is a combination of others and not where
-/// its units are small.
+/// its units are small. What is not finite makes a pivot that is not usable, in its row or in the next.
 #[inline]
-fn unit<T: Entry>(row: &Row<T>) -> Result<f64, FactorError> {
+fn unit<T: Entry>(row: &Row<T>) -> f64 {
     let sum = row.lower.magnitude() + row.pivot.magnitude() + row.upper[0].magnitude();
-    // NaN is not finite.
-    if sum == 0.0 || !sum.is_finite() { Err(FactorError::Singular) } else { Ok(sum.max(f64::MIN_POSITIVE).recip()) }
+    sum.max(f64::MIN_POSITIVE).recip()
 }

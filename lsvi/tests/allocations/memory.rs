@@ -28,10 +28,10 @@ fn radau<F: VectorField>(field: F) -> Radau<F> {
     Radau::new(field, Options::new(Tolerances::new(1e-6, 1e-6).expect("positive"))).expect("valid")
 }
 
-/// A million cells of a linear field take half a gigabyte at most, 500 bytes each, one after the other. What may rise to seven stages has
-/// factors for each, and a nonlinear least-squares step those of the branch that it compares with.
+/// Method I of a linear field and stages one after the other: half a gigabyte at most for a million cells, 500 bytes each. What may rise to
+/// seven stages has factors for each, and any other least-squares step those of the branch that it compares with.
 #[test]
-fn a_million_cells_take_half_a_gigabyte_where_the_field_is_linear() {
+fn what_a_run_holds_is_so_many_bytes_a_cell() {
     fn of(cells: usize) -> [(f64, f64); 7] {
         let sdirk = || Tableau::sdirk2();
         [

@@ -1176,7 +1176,7 @@ fn stop_times_take_the_place_of_those_before() {
     assert!(ends.contains(&0.7) && !ends.contains(&0.3), "{ends:?}");
 }
 
-/// v̇ = −v^p, or from a time on −2 v^p, that says to be linear, or does not; its Jacobian is exact.
+/// v̇ = −v^p, or from a time on −2 v^p, that says to be linear and autonomous, or does not; its Jacobian is exact.
 struct Said {
     power: i32,
     from: f64,
@@ -1204,6 +1204,9 @@ impl VectorField for Said {
         1
     }
     fn is_linear(&self) -> bool {
+        self.is_linear
+    }
+    fn is_autonomous(&self) -> bool {
         self.is_linear
     }
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
@@ -1257,5 +1260,33 @@ fn what_only_says_to_be_linear_is_solved_all_the_same() {
             let held = if from < 10.0 { tolerance.max(0.1 * tolerance.powf(2.0 / 3.0)) } else { tolerance };
             assert!(said <= 3.0 * honest.max(held), "v^{power} from {from} at {tolerance:e}: {said:e}, {honest:e}");
         }
+    }
+}
+
+/// v̇ = −(1 + sin²(πt/T)) v, which says to be linear with an A that is the same after T: steps of T would find nothing wrong at their ends.
+#[test]
+fn a_matrix_that_goes_round_in_a_step_is_not_passed_over() {
+    const PERIOD: f64 = 0.1;
+    struct Round;
+    impl VectorField for Round {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            dv[0] = -(1.0 + (std::f64::consts::PI * t / PERIOD).sin().powi(2)) * v[0];
+        }
+        fn add_jacobian(&self, t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            out.add(0, 0, -scale * (1.0 + (std::f64::consts::PI * t / PERIOD).sin().powi(2)));
+        }
+    }
+    for tolerance in [1e-2, 1e-4, 1e-6] {
+        let options = Options::new(Tolerances::new(tolerance, tolerance).expect("positive"));
+        let method = Radau::new(Round, options.h_max(PERIOD).expect("positive")).expect("valid");
+        let end = Trajectory::new(method, State::new(0.0, vec![1.0]), 1.0, 1.0).expect("valid").observe(|_| {});
+        let error = (end.expect("solvable").q[0] - (-1.5_f64).exp()).abs();
+        assert!(error <= tolerance, "{error:e} at {tolerance:e}");
     }
 }

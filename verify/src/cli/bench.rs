@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 
-use verify::bench::{self, Case, Cost, Count, Other};
+use verify::bench::{self, BenchError, Case, Cost, Count, Other};
 use verify::golden::{self, Action, Golden, GoldenError, Row, Tolerance};
 use verify::names::NameError;
 
@@ -34,8 +34,9 @@ Instructions are the same for the same build whatever else the machine does.
 Without --only they are held against golden/callgrind, to a twentieth. A count
 of the loops by hand that moved means another compiler or processor.
 
-Exit status: 0 when all was timed, as ratios are figures and not checks;
-1 if counts differ from the golden file, 2 trouble with files or bad usage.")]
+Exit status: 0 when all was timed, as ratios are figures and not checks; 1 if
+counts differ from the golden file, or nothing could be run (the peers need
+SUNDIALS, and a network at first); 2 trouble with files or bad usage.")]
 pub(super) struct Args {
     /// Time only the case of this name, or those whose names contain it
     #[arg(long, value_name = "TEXT")]
@@ -130,6 +131,9 @@ fn time(args: &Args, cases: &[Case], out: &mut Output) -> Result<Status, Failure
     // Looked for before minutes are spent.
     let golden = args.peers.then(|| golden::find_dir(&env::current_dir().map_err(GoldenError::Output)?));
     let manifest = golden.transpose()?.map(|dir| dir.with_file_name("verify").join("peers").join("Cargo.toml"));
+    if let Some(manifest) = manifest.as_ref().filter(|manifest| !manifest.is_file()) {
+        return Err(BenchError::NoPeers(manifest.clone()).into());
+    }
     let mut table = create().map_err(failed)?;
     line(out, "case", ["ours, ns", "by hand", "ratio", "wanted"].map(String::from)).map_err(Failure::Output)?;
     for case in cases {

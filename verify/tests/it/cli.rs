@@ -145,7 +145,11 @@ fn bench_has_the_program_of_the_peers_built_and_adds_its_table() {
     assert!(text.contains(&said), "{text}");
     let table = fs::read_to_string(folder.join("data").join("bench.csv")).expect("the table");
     let ends: Vec<&str> = table.lines().rev().take(2).collect();
-    assert_eq!(ends, ["HIRES at 1e-3,3000,2000,,,1.5,", "HIRES at 1e-3,3000,,CVODE,4000,,0.75"], "{table}");
+    assert_eq!(
+        ends,
+        ["\"HIRES at 1e-3, adaptive\",3000,2000,,,1.5,", "HIRES at 1e-3,3000,,CVODE,4000,,0.75"],
+        "{table}"
+    );
     let failures = [
         ("exit 3".to_owned(), "did not run to its end"),
         (writes("a,b,c,d,e,f,g,h"), "cannot be read: it begins with"),

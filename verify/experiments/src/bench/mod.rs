@@ -87,14 +87,20 @@ pub enum BenchError {
     /// There is no place for what it counts.
     #[error("no temporary directory for what valgrind counts")]
     Counts(#[source] std::io::Error),
-    /// The program that compares with other solvers did not run to its end; it has said why.
-    #[error("{} did not run to its end", manifest.display())]
-    Peers {
-        /// Its manifest.
+    /// Cargo, which builds and runs the program that compares with other solvers, cannot be started.
+    #[error("cargo cannot be started, which builds {}: {source}", manifest.display())]
+    Cargo {
+        /// The manifest of the program.
         manifest: PathBuf,
-        /// Why it was not started, if it was not.
-        source: Option<std::io::Error>,
+        /// Why it was not started.
+        source: std::io::Error,
     },
+    /// There is no such program in this workspace.
+    #[error("there is no {}: run it in a clone of lsvi", .0.display())]
+    NoPeers(PathBuf),
+    /// The program did not run to its end; it has said why.
+    #[error("{} did not run to its end", .0.display())]
+    Peers(PathBuf),
     /// Its table is not what it is to be.
     #[error("the table of {} cannot be read: {said}", manifest.display())]
     PeersTable {

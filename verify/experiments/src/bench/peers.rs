@@ -31,18 +31,17 @@ pub enum Other {
 /// What the program of `manifest` measures, with medians over so many rounds. Cargo builds it, and it prints its tables.
 ///
 /// # Errors
-/// [`BenchError::Peers`] if it does not run to its end, [`BenchError::PeersTable`] if it writes something else than its table.
+/// [`BenchError::Cargo`] if it cannot be started, [`BenchError::Peers`] if it does not run to its end, [`BenchError::PeersTable`] if it writes something else than its table.
 pub fn beside_peers(manifest: &Path, rounds: u16) -> Result<Vec<AtEqualError>, BenchError> {
-    let failed = |source| BenchError::Peers { manifest: manifest.to_owned(), source };
     let dir = tempfile::tempdir().map_err(BenchError::Counts)?;
     let table = dir.path().join("peers.csv");
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     command.args(["run", "--release", "--manifest-path"]).arg(manifest);
     command.args(["--", "--rounds", &rounds.to_string(), "--out"]).arg(&table);
-    let status = command.status().map_err(|source| failed(Some(source)))?;
+    let status = command.status().map_err(|source| BenchError::Cargo { manifest: manifest.to_owned(), source })?;
     if !status.success() {
-        return Err(failed(None));
+        return Err(BenchError::Peers(manifest.to_owned()));
     }
     read(&table).map_err(|said| BenchError::PeersTable { manifest: manifest.to_owned(), said })
 }
@@ -64,7 +63,7 @@ fn read(path: &Path) -> Result<Vec<AtEqualError>, String> {
         };
         let side = if &row[0] == "BY HAND" { Other::ByHand } else { Other::Peer };
         rows.push(AtEqualError {
-            case: format!("{} at {}", &row[1], &row[2]),
+            case: format!("{} at {}{}", &row[1], &row[2], if side == Other::ByHand { ", adaptive" } else { "" }),
             ours: time(&row[4])?,
             side,
             other: time(&row[6])?.map(|time| (row[5].to_owned(), time)),

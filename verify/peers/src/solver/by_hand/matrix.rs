@@ -1,6 +1,6 @@
 //! Factors of s − J for one structure of J each, of real and of complex s.
 
-use lsvi::nalgebra::ComplexField;
+use lsvi::nalgebra::{Complex, ComplexField};
 
 /// An entry of a factor.
 pub(crate) trait Entry: ComplexField<RealField = f64> + Copy {}
@@ -23,8 +23,26 @@ pub(crate) trait Matrix<const N: usize> {
     /// Factors `shift` − J; false where it is singular.
     fn factor<T: Entry>(&self, shift: T, out: &mut Self::Factors<T>) -> bool;
 
+    /// Factors for a real and a complex shift.
+    fn factor_both(
+        &self,
+        (shift, out): (f64, &mut Self::Factors<f64>),
+        (complex, complex_out): (Complex<f64>, &mut Self::Factors<Complex<f64>>),
+    ) -> bool {
+        self.factor(shift, out) && self.factor(complex, complex_out)
+    }
+
     /// Overwrites a right-hand side by the solution.
     fn solve<T: Entry>(factors: &Self::Factors<T>, x: &mut [T; N]);
+
+    /// Solves with the factors of both.
+    fn solve_both(
+        (real, x): (&Self::Factors<f64>, &mut [f64; N]),
+        (complex, y): (&Self::Factors<Complex<f64>>, &mut [Complex<f64>; N]),
+    ) {
+        Self::solve(real, x);
+        Self::solve(complex, y);
+    }
 }
 
 /// All entries, with partial pivoting.
@@ -122,18 +140,18 @@ impl<const N: usize> Matrix<N> for Tridiagonal<N> {
     }
 
     fn factor<T: Entry>(&self, shift: T, out: &mut Self::Factors<T>) -> bool {
-        let [lower, main, upper] = &self.diagonals;
-        let (mut inverse, mut above) = (T::zero(), T::zero());
-        for (i, out) in out.iter_mut().enumerate() {
-            let multiplier = inverse * T::from_real(-lower[i]);
-            let pivot = shift - T::from_real(main[i]) - multiplier * above;
-            if pivot == T::zero() {
-                return false;
-            }
-            (inverse, above) = (pivot.recip(), T::from_real(-upper[i]));
-            *out = [multiplier, inverse, above];
-        }
-        true
+        let mut last = Eliminated::nothing();
+        (0..N).all(|i| last.step(self, i, shift, &mut out[i]))
+    }
+
+    /// Side by side: a row waits for the one before, and less for that of the other matrix.
+    fn factor_both(
+        &self,
+        (shift, out): (f64, &mut Self::Factors<f64>),
+        (complex, complex_out): (Complex<f64>, &mut Self::Factors<Complex<f64>>),
+    ) -> bool {
+        let (mut first, mut second) = (Eliminated::nothing(), Eliminated::nothing());
+        (0..N).all(|i| first.step(self, i, shift, &mut out[i]) && second.step(self, i, complex, &mut complex_out[i]))
     }
 
     fn solve<T: Entry>(factors: &Self::Factors<T>, x: &mut [T; N]) {
@@ -147,5 +165,49 @@ impl<const N: usize> Matrix<N> for Tridiagonal<N> {
             after = (*x - *above * after) * *inverse;
             *x = after;
         }
+    }
+
+    fn solve_both(
+        (real, x): (&Self::Factors<f64>, &mut [f64; N]),
+        (complex, y): (&Self::Factors<Complex<f64>>, &mut [Complex<f64>; N]),
+    ) {
+        let (mut a, mut b) = (0.0, Complex::new(0.0, 0.0));
+        for i in 0..N {
+            a = x[i] - real[i][0] * a;
+            b = y[i] - complex[i][0] * b;
+            (x[i], y[i]) = (a, b);
+        }
+        let (mut a, mut b) = (0.0, Complex::new(0.0, 0.0));
+        for i in (0..N).rev() {
+            a = (x[i] - real[i][2] * a) * real[i][1];
+            // What is above the diagonal is real.
+            b = (y[i] - b * complex[i][2].re) * complex[i][1];
+            (x[i], y[i]) = (a, b);
+        }
+    }
+}
+
+/// The last row of an elimination: one over its pivot, and the entry right of that.
+struct Eliminated<T> {
+    inverse: T,
+    above: f64,
+}
+
+impl<T: Entry> Eliminated<T> {
+    fn nothing() -> Self {
+        Self { inverse: T::zero(), above: 0.0 }
+    }
+
+    #[inline(always)]
+    fn step<const N: usize>(&mut self, a: &Tridiagonal<N>, i: usize, shift: T, out: &mut [T; 3]) -> bool {
+        let [lower, main, upper] = &a.diagonals;
+        let multiplier = self.inverse * T::from_real(-lower[i]);
+        let pivot = shift - T::from_real(main[i]) - multiplier * T::from_real(self.above);
+        if pivot == T::zero() {
+            return false;
+        }
+        (self.inverse, self.above) = (pivot.recip(), -upper[i]);
+        *out = [multiplier, self.inverse, T::from_real(self.above)];
+        true
     }
 }

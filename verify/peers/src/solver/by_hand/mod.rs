@@ -172,7 +172,7 @@ impl<'a, const N: usize, S: System<N>, M: Matrix<N>> Run<'a, N, S, M> {
             let error = self.estimate(h, is_after_rejection || self.last.is_none());
             let safety = SAFETY.min(SAFETY * f64::from(1 + 2 * ITERATIONS) / f64::from(iterations + 2 * ITERATIONS));
             let shrink = |quotient: f64| quotient.clamp(0.125, 5.0);
-            let mut quotient = shrink(error.powf(0.25) / safety);
+            let mut quotient = shrink(error.sqrt().sqrt() / safety);
             if error.is_nan() || error >= 1.0 {
                 h *= if self.last.is_none() { 0.1 } else { 1.0 / quotient };
                 is_after_rejection = true;
@@ -180,7 +180,7 @@ impl<'a, const N: usize, S: System<N>, M: Matrix<N>> Run<'a, N, S, M> {
                 continue;
             }
             if let Some((size, before)) = accepted {
-                quotient = quotient.max(shrink(size / h * (error * error / before).powf(0.25) / SAFETY));
+                quotient = quotient.max(shrink(size / h * (error * error / before).sqrt().sqrt() / SAFETY));
             }
             accepted = Some((h, error.max(0.01)));
             self.accept(h);
@@ -210,8 +210,8 @@ impl<'a, const N: usize, S: System<N>, M: Matrix<N>> Run<'a, N, S, M> {
     fn iterate(&mut self, h: f64) -> Result<(f64, i32), TooLong> {
         if self.factored != Some(h) {
             let halved = TooLong { factor: 0.5 };
-            let factored = self.jacobian.factor(self.c.gamma / h, &mut self.real)
-                && self.jacobian.factor(self.c.pair / h, &mut self.complex);
+            let (gamma, pair) = (self.c.gamma / h, self.c.pair / h);
+            let factored = self.jacobian.factor_both((gamma, &mut self.real), (pair, &mut self.complex));
             if !factored {
                 return Err(halved);
             }
@@ -279,8 +279,7 @@ impl<'a, const N: usize, S: System<N>, M: Matrix<N>> Run<'a, N, S, M> {
             real[k] = a - gamma * self.w[0][k];
             complex[k] = Complex::new(b, c) - pair * Complex::new(self.w[1][k], self.w[2][k]);
         }
-        M::solve(&self.real, &mut real);
-        M::solve(&self.complex, &mut complex);
+        M::solve_both((&self.real, &mut real), (&self.complex, &mut complex));
         let mut sum = 0.0;
         for k in 0..N {
             let weight = self.scale[k].recip();
