@@ -54,8 +54,6 @@ pub(super) struct StageSystem {
     rhs: Vec<Complex<f64>>,
     /// Whether the Jacobian is that of the present state.
     pub(super) is_current: bool,
-    /// Whether the iteration converged well with it.
-    is_kept: bool,
     /// Step size and number of stages that the factors belong to, unless they serve no more.
     factored: Option<(f64, usize)>,
     /// Whether the next factors are the first ones of sparse matrices, which allocate.
@@ -71,14 +69,13 @@ impl StageSystem {
             is_fresh: matches!(jacobian.structure(), Structure::Sparse(_)),
             jacobian,
             is_current: false,
-            is_kept: false,
             factored: None,
         }
     }
 
     /// Leaves the state that the Jacobian is of; its factors go on to serve if they are kept.
     pub(super) fn leave(&mut self, keeps: bool) {
-        (self.is_current, self.is_kept) = (false, keeps);
+        self.is_current = false;
         self.factored.take_if(|_| !keeps);
     }
 
@@ -118,7 +115,7 @@ impl StageSystem {
     }
 
     /// Builds the factors for steps of size `h` with the Jacobian at (t, v), unless there are some that serve: an old
-    /// Jacobian slows the iteration, but for a linear f, and a new one is seldom dear beside its factors.
+    /// Jacobian slows the iteration, and a new one is seldom dear beside its factors.
     pub(super) fn prepare<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
@@ -129,8 +126,7 @@ impl StageSystem {
         if self.factored.is_some_and(|(factored, s)| s == S && (factored - h).abs() <= SAME * h) {
             return Ok(());
         }
-        let serves = self.is_current || (self.is_kept && field.is_linear());
-        if !serves {
+        if !self.is_current {
             self.set_jacobian(field, t, v);
         }
         work.factorizations += 1;

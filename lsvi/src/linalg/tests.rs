@@ -201,7 +201,9 @@ fn solves_with_rows_and_unknowns_in_any_units() {
         [[[1.0, 2.0, 0.0], [4.0, 1.0, 3.0], [0.0, 5.0, 1.0]], [[0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]]
     {
         for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
-            for (of_row, of_column) in [(1e30, 1e-30), (1e-30, 1e-30), (1e30, 1e-18), (1.0, 1e-30)] {
+            for (of_row, of_column) in
+                [(1e30, 1e-30), (1e-30, 1e-30), (1e30, 1e-18), (1.0, 1e-30), (1e170, 1.0), (1e-170, 1.0)]
+            {
                 let unit = |i: usize, j: usize| {
                     (if i == row { of_row } else { 1.0 }) * (if j == column { of_column } else { 1.0 })
                 };
@@ -219,6 +221,28 @@ fn solves_with_rows_and_unknowns_in_any_units() {
                     approx::assert_relative_eq!(x * unit(3, j), (j + 1) as f64, max_relative = 1e-13);
                 }
             }
+        }
+    }
+}
+
+/// Beyond the squares of doubles: a complex pivot is divided by in the units of its row.
+#[test]
+fn solves_shifted_systems_in_any_units() {
+    for unit in [1e-300, 1e-170, 1e170, 1e300] {
+        for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }] {
+            let mut a = Jacobian::with_structure(2, &structure);
+            [(0, 0, 2.0), (0, 1, 1.0), (1, 0, 1.0), (1, 1, 3.0)]
+                .into_iter()
+                .for_each(|(i, j, x)| a.add(i, j, unit * x));
+            let mut lu = Lu::of(&a);
+            lu.assign(&a, Complex::from).expect("inside");
+            lu.shift(2, Complex::new(0.0, unit));
+            lu.decompose().expect("regular");
+            // x = (1, i).
+            let mut b = [Complex::new(2.0, 2.0) * unit, Complex::new(0.0, 3.0) * unit];
+            lu.solve(&mut b);
+            let apart = [b[0] - 1.0, b[1] - Complex::new(0.0, 1.0)];
+            assert!(apart.iter().all(|x| x.re.abs() + x.im.abs() <= 1e-14), "{unit:e}, {structure:?}: {b:?}");
         }
     }
 }
@@ -265,11 +289,14 @@ fn two_matrices_side_by_side_are_treated_as_each_by_itself() {
     for (n, structure) in [2, 3, 9, 40].into_iter().flat_map(|n| structures(n).map(|structure| (n, structure))) {
         let mut a = Jacobian::with_structure(n, &structure);
         fill(&mut a, &structure);
+        // Without its last row it has no last pivot.
+        let mut without = Jacobian::with_structure(n, &structure);
+        a.for_each(|i, j, x| without.add(i, j, if i + 1 == n { 0.0 } else { x }));
         let assigned = |singular: [bool; 2]| {
             let (mut real, mut complex) = (Lu::<f64>::of(&a), Lu::<Complex<f64>>::of(&a));
-            let image = |is_singular: bool, x: f64| if is_singular { 0.0 } else { x };
-            real.assign(&a, |x| image(singular[0], x)).expect("inside");
-            complex.assign(&a, |x| Complex::new(0.0, image(singular[1], x))).expect("inside");
+            let [one, two] = singular.map(|is_singular| if is_singular { &without } else { &a });
+            real.assign(one, |x| x).expect("inside");
+            complex.assign(two, |x| Complex::new(0.0, x)).expect("inside");
             (real, complex)
         };
         let (mut real, mut complex) = assigned([false; 2]);

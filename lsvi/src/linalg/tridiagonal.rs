@@ -2,7 +2,7 @@
 
 use super::banded::Band;
 use super::entry::Entry;
-use super::{FactorError, is_usable};
+use super::{FactorError, is_usable, row_scale};
 
 /// What is known of a row: before elimination its entries left of, on and right of the diagonal, after it the factors of its column.
 #[derive(Debug, Clone, Copy)]
@@ -13,12 +13,13 @@ struct Row<T> {
     pivot: T,
     /// Right of the diagonal, and the fill of an exchange beyond; then both over the pivot.
     upper: [T; 2],
+    /// The power of two by which the row is scaled.
+    scale: f64,
     /// Whether the pivot was found in the row below.
     is_exchanged: bool,
 }
 
-/// P A = L D U of a tridiagonal matrix with ones on the diagonals of L and of U. The pivots are those that rows scaled to a sum of 1 would
-/// have, without scaling them.
+/// P S A = L D U of a tridiagonal matrix, S the row scaling, with ones on the diagonals of L and of U.
 #[derive(Debug)]
 pub(crate) struct TridiagonalLu<T> {
     rows: Vec<Row<T>>,
@@ -29,7 +30,10 @@ impl<T: Entry> TridiagonalLu<T> {
     /// For matrices of two rows at least.
     pub(super) fn new(dim: usize) -> Self {
         let zero = T::from(0.0);
-        Self { rows: vec![Row { lower: zero, pivot: zero, upper: [zero; 2], is_exchanged: false }; dim], exchanges: 0 }
+        Self {
+            rows: vec![Row { lower: zero, pivot: zero, upper: [zero; 2], scale: 1.0, is_exchanged: false }; dim],
+            exchanges: 0,
+        }
     }
 
     /// The matrix of the images of the entries of `a`, to be factored.
@@ -43,6 +47,7 @@ impl<T: Entry> TridiagonalLu<T> {
                 lower: image(left),
                 pivot: image(column[1]),
                 upper: [image(right), T::from(0.0)],
+                scale: 1.0,
                 is_exchanged: false,
             };
         }
@@ -73,13 +78,13 @@ impl<T: Entry> TridiagonalLu<T> {
 
     /// Factors the matrix in place.
     pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
-        let mut elimination = Elimination::new(self);
+        let mut elimination = Elimination::new(self)?;
         (0..self.rows.len()).try_for_each(|j| elimination.step(self, j))
     }
 
     /// Factors two matrices of one order side by side: each row waits for the one before, and less for the other matrix's.
     pub(super) fn decompose_both<U: Entry>(&mut self, other: &mut TridiagonalLu<U>) -> Result<(), FactorError> {
-        let (mut first, mut second) = (Elimination::new(self), Elimination::new(other));
+        let (mut first, mut second) = (Elimination::new(self)?, Elimination::new(other)?);
         for j in 0..self.rows.len() {
             first.step(self, j)?;
             second.step(other, j)?;
@@ -88,7 +93,7 @@ impl<T: Entry> TridiagonalLu<T> {
     }
 
     pub(super) fn solve(&self, b: &mut [T]) {
-        let (mut forward, mut backward) = (Forward::new(b), Backward::new());
+        let (mut forward, mut backward) = (Forward::new(&self.rows, b), Backward::new());
         (0..self.rows.len()).for_each(|j| forward.step(&self.rows, j, b));
         (0..self.rows.len()).rev().for_each(|j| backward.step(&self.rows, j, b));
     }
@@ -98,7 +103,7 @@ impl<T: Entry> TridiagonalLu<T> {
         let n = self.rows.len();
         // With lengths that the compiler sees to be the same.
         let (one, two, b, c) = (&self.rows[..n], &other.rows[..n], &mut b[..n], &mut c[..n]);
-        let (mut first, mut second) = (Forward::new(b), Forward::new(c));
+        let (mut first, mut second) = (Forward::new(one, b), Forward::new(two, c));
         for j in 0..n {
             first.step(one, j, b);
             second.step(two, j, c);
@@ -128,6 +133,7 @@ impl<T: Entry> TridiagonalLu<T> {
                 b.swap(j, j + 1);
             }
         }
+        b.iter_mut().zip(&self.rows).for_each(|(x, row)| *x = x.scaled(row.scale));
     }
 }
 
@@ -140,45 +146,41 @@ impl TridiagonalLu<f64> {
 
 /// An elimination that has come to a row.
 struct Elimination<T> {
-    /// The row in which the next pivot is looked for.
-    row: Candidate<T>,
-    /// The entries of U above that pivot, and the one above the next, in the units of their rows.
-    above: [f64; 2],
-    beyond: f64,
+    /// The row in which the next pivot is looked for, from the column of that on.
+    row: [T; 3],
+    /// The entries of U above that pivot, and the one above the next.
+    above: [T; 2],
+    beyond: T,
 }
 
 impl<T: Entry> Elimination<T> {
-    fn new(lu: &mut TridiagonalLu<T>) -> Self {
+    fn new(lu: &mut TridiagonalLu<T>) -> Result<Self, FactorError> {
+        let zero = T::from(0.0);
         lu.exchanges = 0;
-        let first = &lu.rows[0];
-        let row = Candidate { entries: [first.pivot, first.upper[0], T::from(0.0)], unit: unit(first) };
-        Self { row, above: [0.0; 2], beyond: 0.0 }
+        let [_, pivot, upper] = scaled(&mut lu.rows[0])?;
+        Ok(Self { row: [pivot, upper, zero], above: [zero; 2], beyond: zero })
     }
 
     #[inline(always)]
     fn step(&mut self, lu: &mut TridiagonalLu<T>, j: usize) -> Result<(), FactorError> {
         let zero = T::from(0.0);
-        let row = &mut self.row;
-        let mut below = match lu.rows.get(j + 1) {
-            Some(next) => Candidate { entries: [next.lower, next.pivot, next.upper[0]], unit: unit(next) },
-            None => Candidate { entries: [zero; 3], unit: 0.0 },
-        };
-        let is_exchanged = below.size() > row.size();
+        let mut below = lu.rows.get_mut(j + 1).map_or(Ok([zero; 3]), scaled)?;
+        let is_exchanged = below[0].magnitude() > self.row[0].magnitude();
         if is_exchanged {
             lu.exchanges += 1;
-            std::mem::swap(row, &mut below);
+            std::mem::swap(&mut self.row, &mut below);
         }
-        if !is_usable(&[self.above[0], self.above[1], row.size()], 3) {
+        let [pivot, first, second] = self.row;
+        if !is_usable(&[self.above[0], self.above[1], pivot], 3) {
             return Err(FactorError::Singular);
         }
-        let [pivot, first, second] = row.entries;
         let inverse = T::from(1.0) / pivot;
-        let lower = below.entries[0] * inverse;
-        lu.rows[j] = Row { lower, pivot: inverse, upper: [first * inverse, second * inverse], is_exchanged };
-        self.above = [self.beyond, first.magnitude() * row.unit];
-        self.beyond = second.magnitude() * row.unit;
-        let [_, diagonal, upper] = below.entries;
-        self.row = Candidate { entries: [diagonal - lower * first, upper - lower * second, zero], unit: below.unit };
+        let lower = below[0] * inverse;
+        let row = &mut lu.rows[j];
+        (row.lower, row.pivot, row.upper) = (lower, inverse, [first * inverse, second * inverse]);
+        row.is_exchanged = is_exchanged;
+        (self.above, self.beyond) = ([self.beyond, first], second);
+        self.row = [below[1] - lower * first, below[2] - lower * second, zero];
         Ok(())
     }
 }
@@ -187,14 +189,17 @@ impl<T: Entry> Elimination<T> {
 struct Forward<T>(T);
 
 impl<T: Entry> Forward<T> {
-    fn new(b: &[T]) -> Self {
-        Self(b[0])
+    fn new(rows: &[Row<T>], b: &[T]) -> Self {
+        Self(b[0].scaled(rows[0].scale))
     }
 
     #[inline(always)]
     fn step(&mut self, rows: &[Row<T>], j: usize, b: &mut [T]) {
         let (row, mut x) = (&rows[j], self.0);
-        let mut next = b.get(j + 1).copied().unwrap_or(T::from(0.0));
+        let mut next = match (rows.get(j + 1), b.get(j + 1)) {
+            (Some(row), Some(b)) => b.scaled(row.scale),
+            _ => T::from(0.0),
+        };
         if row.is_exchanged {
             std::mem::swap(&mut x, &mut next);
         }
@@ -222,26 +227,11 @@ impl<T: Entry> Backward<T> {
     }
 }
 
-/// A row in which a pivot is looked for, from the column of the pivot on.
-#[derive(Clone, Copy)]
-struct Candidate<T> {
-    entries: [T; 3],
-    /// One over the sum of the row of the matrix that it comes from.
-    unit: f64,
-}
-
-impl<T: Entry> Candidate<T> {
-    /// Of its first entry, in units of its row.
-    #[inline]
-    fn size(&self) -> f64 {
-        self.entries[0].magnitude() * self.unit
-    }
-}
-
-/// One over the sum of the magnitudes of a row, a pivot of which would be at roundoff where it is a combination of others and not where
-/// its units are small. What is not finite makes a pivot that is not usable, in its row or in the next.
+/// The entries of a row, scaled to a sum of magnitudes in [1, 2).
 #[inline]
-fn unit<T: Entry>(row: &Row<T>) -> f64 {
-    let sum = row.lower.magnitude() + row.pivot.magnitude() + row.upper[0].magnitude();
-    sum.max(f64::MIN_POSITIVE).recip()
+fn scaled<T: Entry>(row: &mut Row<T>) -> Result<[T; 3], FactorError> {
+    let entries = [row.lower, row.pivot, row.upper[0]];
+    let [a, b, c] = entries.map(T::magnitude);
+    row.scale = row_scale(a + b + c)?;
+    Ok(entries.map(|x| x.scaled(row.scale)))
 }

@@ -1219,8 +1219,7 @@ impl VectorField for Said {
     }
 }
 
-/// A step of three stages evaluates f at its start, at the stages and once more at its end, and the Jacobian is that of the start; the error is
-/// as small as by an iteration that knows nothing.
+/// A step of three stages evaluates f at its start, at the stages and once more at its end; the error is as small as by an iteration that knows nothing.
 #[test]
 fn one_increment_solves_a_linear_step() {
     let run = |is_linear: bool| {
@@ -1231,13 +1230,14 @@ fn one_increment_solves_a_linear_step() {
         while run.step().expect("solvable").is_some() {}
         let error = (run.state().q[0] * 5_f64.exp() - 1.0).abs();
         let [f, jacobian] = field.calls.each_ref().map(|calls| calls.load(std::sync::atomic::Ordering::Relaxed) as u64);
-        (run.work().steps, f, jacobian, error)
+        assert!(jacobian <= run.work().factorizations);
+        (run.work().steps, f, error)
     };
-    let (steps, f, jacobian, error) = run(true);
+    let (steps, f, error) = run(true);
     // A first step looks one step ahead, and iterates from nothing.
-    assert!(f <= 5 * steps + 5 && jacobian == 1, "{f} evaluations and {jacobian} Jacobians in {steps} steps");
-    let (steps, f, jacobian, iterated) = run(false);
-    assert!(f > 6 * steps && jacobian > 1, "{f} evaluations and {jacobian} Jacobians in {steps} steps");
+    assert!(f <= 5 * steps + 5, "{f} evaluations in {steps} steps");
+    let (steps, f, iterated) = run(false);
+    assert!(f > 6 * steps, "{f} evaluations in {steps} steps");
     assert!(error <= 2.0 * iterated.max(1e-8), "{error:e} and {iterated:e}");
 }
 
@@ -1288,5 +1288,36 @@ fn a_matrix_that_goes_round_in_a_step_is_not_passed_over() {
         let end = Trajectory::new(method, State::new(0.0, vec![1.0]), 1.0, 1.0).expect("valid").observe(|_| {});
         let error = (end.expect("solvable").q[0] - (-1.5_f64).exp()).abs();
         assert!(error <= tolerance, "{error:e} at {tolerance:e}");
+    }
+}
+
+/// v̇ = k (1 − v) until t = 1 and v̇ = 2 − v from there, which says to be linear and autonomous: what a fast rate leaves of an increment is next
+/// to nothing, and must not be taken for convergence where the rate has fallen.
+#[test]
+fn a_rate_that_falls_is_not_passed_over() {
+    struct Valve(f64);
+    impl VectorField for Valve {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn is_autonomous(&self) -> bool {
+            true
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            dv[0] = if t < 1.0 { self.0 * (1.0 - v[0]) } else { 2.0 - v[0] };
+        }
+        fn add_jacobian(&self, t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            out.add(0, 0, if t < 1.0 { -scale * self.0 } else { -scale });
+        }
+    }
+    for (k, tolerance) in [1e3, 1e4, 1e6, 1e10].into_iter().flat_map(|k| [1e-2, 1e-4, 1e-6].map(|tol| (k, tol))) {
+        let mut method = radau(Valve(k), tolerance, tolerance);
+        method.stop_at(&[1.0]).expect("finite");
+        let end = Trajectory::new(method, State::new(0.0, vec![0.0]), 5.0, 5.0).expect("valid").observe(|_| {});
+        let error = (end.expect("solvable").q[0] - (2.0 - (-4_f64).exp())).abs();
+        assert!(error <= 30.0 * tolerance, "{error:e} at {tolerance:e} with k = {k:e}");
     }
 }
