@@ -38,8 +38,8 @@ fn what_a_run_holds_is_so_many_bytes_a_cell() {
             (500.0, per_cell(cells, line, |field| method_i(field).expect("usable"))),
             (500.0, per_cell(cells, line, |field| RungeKutta::new(field, sdirk()).expect("usable"))),
             (500.0, per_cell(cells, burgers, |field| RungeKutta::new(field, sdirk()).expect("usable"))),
-            (800.0, per_cell(cells, line, radau)),
-            (800.0, per_cell(cells, burgers, radau)),
+            (900.0, per_cell(cells, line, radau)),
+            (900.0, per_cell(cells, burgers, radau)),
             (1500.0, per_cell(cells, line, |field| method_ii(field).expect("usable"))),
             (1500.0, per_cell(cells, burgers, |field| method_i(field).expect("usable"))),
         ]
